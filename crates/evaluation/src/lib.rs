@@ -1,0 +1,1 @@
+//! Suites, success criteria, statistics and the report.

@@ -1,0 +1,1 @@
+//! Batched rigid-body dynamics, actuators, contacts and time stepping.

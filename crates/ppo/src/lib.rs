@@ -1,0 +1,1 @@
+//! Proximal policy optimization: rollout, advantage, loss, gradient, optimizer, trainer.

@@ -1,0 +1,289 @@
+//! The number a kernel computes with: one `f64`, or sixteen `f32` side by side.
+//!
+//! A kernel written over [`Lane`] has no branch a single lane could take alone: choices go through
+//! [`Mask::select`]. Instantiated for `f64` it is its own reference.
+
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+pub use wide::f32x16;
+use wide::{CmpGe, CmpGt, CmpLe, CmpLt};
+
+/// One truth value a lane.
+pub trait Mask<L>: Copy {
+    /// `if_true` where the mask is set, `if_false` elsewhere.
+    fn select(self, if_true: L, if_false: L) -> L;
+    /// Lanewise and.
+    fn and(self, other: Self) -> Self;
+    /// Lanewise or.
+    fn or(self, other: Self) -> Self;
+    /// Whether any lane is set.
+    fn any(self) -> bool;
+}
+
+/// A bundle of [`Lane::WIDTH`] real numbers with lanewise arithmetic.
+pub trait Lane:
+    Copy
+    + Send
+    + Sync
+    + 'static
+    + PartialEq
+    + std::fmt::Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// How many environments one value carries.
+    const WIDTH: usize;
+    /// The result of a comparison.
+    type Mask: Mask<Self>;
+
+    /// The same number in every lane, rounded to the lane's precision.
+    fn splat(x: f64) -> Self;
+    /// The value of one lane.
+    fn get(&self, lane: usize) -> f64;
+    /// Replaces the value of one lane.
+    fn set(&mut self, lane: usize, x: f64);
+    /// `self * a + b` with one rounding.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// `b - self * a` with one rounding.
+    fn neg_mul_add(self, a: Self, b: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Lesser of two; which one is returned for NaN is not specified.
+    fn min(self, other: Self) -> Self;
+    /// Greater of two; which one is returned for NaN is not specified.
+    fn max(self, other: Self) -> Self;
+    /// Sine and cosine \[rad\].
+    fn sin_cos(self) -> (Self, Self);
+    /// `self < other`.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self > other`.
+    fn gt(self, other: Self) -> Self::Mask;
+    /// `self >= other`.
+    fn ge(self, other: Self) -> Self::Mask;
+
+    /// Zero in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+    /// One in every lane.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::splat(1.0)
+    }
+    /// Lanewise limit to `[low, high]`.
+    #[inline(always)]
+    fn clamp(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+    /// Builds a value lane by lane.
+    #[inline(always)]
+    fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
+        let mut out = Self::zero();
+        for lane in 0..Self::WIDTH {
+            out.set(lane, value(lane));
+        }
+        out
+    }
+}
+
+impl Mask<f64> for bool {
+    #[inline(always)]
+    fn select(self, if_true: f64, if_false: f64) -> f64 {
+        if self { if_true } else { if_false }
+    }
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self & other
+    }
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self | other
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+impl Lane for f64 {
+    const WIDTH: usize = 1;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn get(&self, _lane: usize) -> f64 {
+        *self
+    }
+    #[inline(always)]
+    fn set(&mut self, _lane: usize, x: f64) {
+        *self = x;
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        f64::mul_add(self, a, b)
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        f64::mul_add(-self, a, b)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        f64::min(self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        f64::max(self, other)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn gt(self, other: Self) -> bool {
+        self > other
+    }
+    #[inline(always)]
+    fn ge(self, other: Self) -> bool {
+        self >= other
+    }
+}
+
+impl Mask<f32x16> for f32x16 {
+    #[inline(always)]
+    fn select(self, if_true: f32x16, if_false: f32x16) -> f32x16 {
+        self.bitselect(if_true, if_false)
+    }
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self & other
+    }
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self | other
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        f32x16::any(self)
+    }
+}
+
+impl Lane for f32x16 {
+    const WIDTH: usize = 16;
+    type Mask = f32x16;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        f32x16::splat(x as f32)
+    }
+    #[inline(always)]
+    fn get(&self, lane: usize) -> f64 {
+        f64::from(self.as_array()[lane])
+    }
+    #[inline(always)]
+    fn set(&mut self, lane: usize, x: f64) {
+        self.as_mut_array()[lane] = x as f32;
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        f32x16::mul_add(self, a, b)
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        f32x16::mul_neg_add(self, a, b)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f32x16::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32x16::abs(self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.fast_min(other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f32x16::sin_cos(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> f32x16 {
+        self.simd_lt(other)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> f32x16 {
+        self.simd_le(other)
+    }
+    #[inline(always)]
+    fn gt(self, other: Self) -> f32x16 {
+        self.simd_gt(other)
+    }
+    #[inline(always)]
+    fn ge(self, other: Self) -> f32x16 {
+        self.simd_ge(other)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_agree_with_scalars() {
+        for step in 0..200 {
+            let value = |lane: usize| (step * 16 + lane) as f64 * 0.013 - 20.0;
+            let (s, c) = f32x16::from_fn(value).sin_cos();
+            for lane in 0..16 {
+                assert!((s.get(lane) - value(lane).sin()).abs() < 2e-6);
+                assert!((c.get(lane) - value(lane).cos()).abs() < 2e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn select_takes_each_lane_by_its_own_mask() {
+        let ramp = f32x16::from_fn(|lane| lane as f64);
+        let picked = ramp.lt(f32x16::splat(8.0)).select(ramp, -ramp);
+        for lane in 0..16 {
+            let expected = if lane < 8 { lane as f64 } else { -(lane as f64) };
+            assert_eq!(picked.get(lane), expected);
+        }
+        assert!(!ramp.gt(f32x16::splat(15.0)).any());
+        assert!(ramp.ge(f32x16::splat(15.0)).any());
+    }
+}

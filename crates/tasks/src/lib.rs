@@ -1,0 +1,1 @@
+//! The locomotion and guidance environments.
