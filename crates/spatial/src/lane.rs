@@ -6,7 +6,6 @@
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 pub use wide::f32x16;
-use wide::{CmpGe, CmpGt, CmpLe, CmpLt};
 
 /// One truth value a lane.
 pub trait Mask<L>: Copy {

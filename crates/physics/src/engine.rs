@@ -1,0 +1,104 @@
+//! The constant side of the simulation: the robot's structure, the ground, the settings.
+
+use std::sync::Arc;
+
+use robot::RobotModel;
+use spatial::{Lane, Vec3};
+use terrain::HeightField;
+
+use crate::block::{Block, Parameters};
+
+/// Settings of the time step, the contact solver and the actuators.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// Time step \[s\].
+    pub time_step: f64,
+    /// Gravity in the world \[m/s²\].
+    pub gravity: [f64; 3],
+    /// Gauss–Seidel sweeps over the contacts in each step.
+    pub solver_sweeps: usize,
+    /// Share of a penetration that is corrected in one step.
+    pub error_reduction: f64,
+    /// Fastest correction of a penetration \[m/s\].
+    pub max_depenetration_speed: f64,
+    /// Contacts closer than this enter the solver \[m\].
+    pub contact_margin: f64,
+    /// The joint servos.
+    pub actuator: Actuator,
+}
+
+/// A PD servo behind a DC motor's speed–torque limit; `reference` values of ANYmal D.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuator {
+    /// Nominal proportional gain \[N m/rad\].
+    pub stiffness: f64,
+    /// Nominal derivative gain \[N m s/rad\].
+    pub damping: f64,
+    /// Stall torque \[N m\]: torque available falls linearly from here to zero at `velocity_limit`.
+    pub saturation_torque: f64,
+    /// Largest torque \[N m\].
+    pub effort_limit: f64,
+    /// Speed at which no driving torque is left \[rad/s\].
+    pub velocity_limit: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            time_step: 0.005,
+            gravity: [0.0, 0.0, -9.81],
+            solver_sweeps: 10,
+            error_reduction: 0.2,
+            max_depenetration_speed: 1.0,
+            contact_margin: 0.02,
+            actuator: Actuator {
+                stiffness: 80.0,
+                damping: 2.0,
+                saturation_torque: 120.0,
+                effort_limit: 80.0,
+                velocity_limit: 7.5,
+            },
+        }
+    }
+}
+
+/// Everything the environments share.
+#[derive(Clone, Debug)]
+pub struct Engine<L> {
+    /// The robot.
+    pub robot: RobotModel,
+    /// The ground.
+    pub terrain: Arc<HeightField>,
+    /// The settings.
+    pub config: Config,
+    nominal: Parameters<L>,
+}
+
+impl<L: Lane> Engine<L> {
+    /// An engine for one robot on one ground.
+    pub fn new(robot: RobotModel, terrain: Arc<HeightField>, config: Config) -> Self {
+        let nominal = Parameters {
+            base_inertia: robot.links[0].inertia.broadcast(),
+            friction: L::one(),
+            hand_position: Vec3::zero(),
+            stiffness: L::splat(config.actuator.stiffness),
+            damping: L::splat(config.actuator.damping),
+        };
+        Self { robot, terrain, config, nominal }
+    }
+    /// Number of joints.
+    pub fn num_joints(&self) -> usize {
+        self.robot.joints.len()
+    }
+    /// Number of contact spheres.
+    pub fn num_contacts(&self) -> usize {
+        self.robot.contacts.len()
+    }
+    /// The parameters of the undisturbed robot in every lane.
+    pub fn nominal_parameters(&self) -> Parameters<L> {
+        self.nominal.clone()
+    }
+    pub(crate) fn step(&self, _block: &mut Block<L>) {
+        todo!()
+    }
+}
