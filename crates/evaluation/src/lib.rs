@@ -1,1 +1,3 @@
 //! Suites, success criteria, statistics and the report.
+pub mod results;
+pub mod statistics;
