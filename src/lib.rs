@@ -1,1 +1,14 @@
-//! guidedog
+//! guidedog: a robotic guide dog that understands the pull of a hand on its harness.
+//!
+//! This library is the door to the crates behind the program, and what its verbs share: run folders, metrics,
+//! layered configuration, progress.
+
+pub mod config;
+pub mod error;
+pub mod interrupt;
+pub mod metrics;
+pub mod progress;
+pub mod run_folder;
+pub mod tensorboard;
+
+pub use {evaluation, physics, policy, ppo, robot, spatial, tasks, terrain};
