@@ -1,0 +1,40 @@
+//! Event files are read back by TensorBoard's own loader. Skips, saying so, where Python has no `tensorboard`.
+
+use std::process::Command;
+
+use guidedog::tensorboard::EventWriter;
+
+const READER: &str = r#"
+import sys
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+events = EventAccumulator(sys.argv[1]).Reload()
+for tag in sorted(events.Tags()["scalars"]):
+    print(tag, *(f"{e.step}:{e.value:g}" for e in events.Scalars(tag)))
+"#;
+
+fn python() -> Command {
+    Command::new(std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into()))
+}
+
+#[test]
+fn tensorboard_reads_every_point_and_forgets_those_a_resumed_run_repeats() {
+    let importable = python().args(["-c", "import tensorboard"]).output();
+    if !importable.is_ok_and(|output| output.status.success()) {
+        println!("skipped: python3 with the package tensorboard is not at hand");
+        return;
+    }
+    let folder = std::env::temp_dir().join(format!("guidedog-tensorboard-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut first = EventWriter::create(&folder, 1).unwrap();
+    for step in 1..=4 {
+        first.scalars(step, [("reward", (step - 1) as f64), ("kl", 0.25)]).unwrap();
+    }
+    let mut resumed = EventWriter::create(&folder, 3).unwrap();
+    resumed.scalars(3, [("reward", 7.0), ("kl", 0.0)]).unwrap();
+
+    let output = python().args(["-c", READER]).arg(&folder).output().unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(text, "kl 1:0.25 2:0.25 3:0\nreward 1:0 2:1 3:7\n");
+}
