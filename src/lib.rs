@@ -10,5 +10,6 @@ pub mod metrics;
 pub mod progress;
 pub mod run_folder;
 pub mod tensorboard;
+pub mod training;
 
 pub use {evaluation, physics, policy, ppo, robot, spatial, tasks, terrain};

@@ -1,0 +1,315 @@
+//! The training loop around a learner: metrics, checkpoints, progress, interruption.
+//!
+//! The loop sees a [`Learner`], not an algorithm, so what happens on a full disk, on Ctrl-C or on a loss that is not
+//! finite is tested without training anything.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result};
+use serde::{Deserialize, Serialize};
+
+use crate::error::BadInput;
+use crate::interrupt::Interrupt;
+use crate::metrics::MetricsTable;
+use crate::progress::{Progress, short_count};
+use crate::run_folder::{RunFolder, write_atomic};
+use crate::tensorboard::EventWriter;
+
+/// What the loop needs from something that learns by iterations.
+pub trait Learner {
+    /// Iterations made so far, over all processes.
+    fn iteration(&self) -> u64;
+    /// Makes one iteration; returns its named numbers, in a fixed order.
+    ///
+    /// # Errors
+    /// The learner broke down (a loss that is not finite); its state is not to be saved.
+    fn iterate(&mut self) -> Result<Vec<(String, f64)>>;
+    /// Environment steps of one iteration.
+    fn steps_per_iteration(&self) -> u64;
+    /// Writes everything needed to continue bit for bit.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    fn save(&self, path: &Path) -> Result<()>;
+}
+
+/// How long a run trains and what it keeps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainingSettings {
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Environments stepped together.
+    pub num_envs: usize,
+    /// Iterations in all.
+    pub iterations: u64,
+    /// Seconds between checkpoints.
+    pub checkpoint_period_s: f64,
+    /// Numbered checkpoints kept, beside the best.
+    pub checkpoints_kept: usize,
+    /// The metric whose mean between two checkpoints decides which is the best.
+    pub score: String,
+}
+
+impl Default for TrainingSettings {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            num_envs: 1024,
+            iterations: 1500,
+            checkpoint_period_s: 60.0,
+            checkpoints_kept: 3,
+            score: "episode_return".into(),
+        }
+    }
+}
+
+impl TrainingSettings {
+    /// Refuses what cannot be trained.
+    ///
+    /// # Errors
+    /// The first key out of range, with its value and what is allowed.
+    pub fn validate(&self) -> Result<(), BadInput> {
+        let positive = |key: &str, value: f64| {
+            let allowed = value > 0.0 && value.is_finite();
+            allowed
+                .then_some(())
+                .ok_or_else(|| BadInput::new(format!("training.{key} is {value}, must be above 0")))
+        };
+        positive("num_envs", self.num_envs as f64)?;
+        positive("iterations", self.iterations as f64)?;
+        positive("checkpoint_period_s", self.checkpoint_period_s)?;
+        positive("checkpoints_kept", self.checkpoints_kept as f64)
+    }
+}
+
+/// How a training ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All iterations are made.
+    Finished,
+    /// The user stopped it; a checkpoint is saved.
+    Interrupted,
+}
+
+/// Trains until `settings.iterations` are made or the user interrupts; always leaves a checkpoint of its last
+/// state. `shown` are the metrics on the progress line.
+///
+/// # Errors
+/// The learner breaks down (the last good checkpoint is named) or the disk refuses.
+pub fn train(
+    learner: &mut dyn Learner,
+    run: &RunFolder,
+    settings: &TrainingSettings,
+    shown: &[&str],
+    interrupt: &Interrupt,
+) -> Result<Outcome> {
+    let first = learner.iteration();
+    let mut log = Log::open(run, first)?;
+    let mut checkpoints = Checkpoints::new(run, settings)?;
+    let mut progress = Progress::new("iteration", first, settings.iterations);
+    let mut message = String::new();
+    while learner.iteration() < settings.iterations && !interrupt.requested() {
+        let began = Instant::now();
+        let mut row = learner.iterate().with_context(|| checkpoints.last_good(run))?;
+        let rate = learner.steps_per_iteration() as f64 / began.elapsed().as_secs_f64();
+        row.push(("steps_per_s".into(), rate));
+        let iteration = learner.iteration();
+        log.append(iteration, &row)?;
+        message = headline(&row, shown);
+        progress.update(iteration, &message);
+        checkpoints.after(learner, &row)?;
+    }
+    checkpoints.save(learner)?;
+    progress.finish(&message);
+    let finished = learner.iteration() >= settings.iterations;
+    Ok(if finished { Outcome::Finished } else { Outcome::Interrupted })
+}
+
+fn headline(row: &[(String, f64)], shown: &[&str]) -> String {
+    let value = |name: &str| row.iter().find(|(n, _)| n == name).map(|(_, value)| *value);
+    let rate = value("steps_per_s").map(|rate| format!("{} steps/s", short_count(rate)));
+    let scores = shown.iter().filter_map(|name| Some(format!("{name} {:.3}", value(name)?)));
+    rate.into_iter().chain(scores).collect::<Vec<_>>().join("  ")
+}
+
+/// The two records of a run's numbers: one for programs, one for TensorBoard.
+struct Log {
+    table: MetricsTable,
+    events: EventWriter,
+}
+
+impl Log {
+    fn open(run: &RunFolder, first: u64) -> Result<Self> {
+        let path = run.file("metrics.csv");
+        let table = MetricsTable::open(&path, first).with_context(|| path.display().to_string())?;
+        let events = EventWriter::create(run.path(), first + 1).context("cannot begin an event file")?;
+        Ok(Self { table, events })
+    }
+
+    fn append(&mut self, iteration: u64, row: &[(String, f64)]) -> Result<()> {
+        self.table.append(iteration, row).context("cannot write metrics.csv")?;
+        let scalars = row.iter().map(|(name, value)| (name.as_str(), *value));
+        self.events.scalars(iteration, scalars).context("cannot write the event file")
+    }
+}
+
+/// When to save, what to keep, and which was the best.
+struct Checkpoints<'a> {
+    run: &'a RunFolder,
+    settings: &'a TrainingSettings,
+    saved_at: Instant,
+    /// Sum and number of the score since the last checkpoint.
+    score: (f64, u32),
+    best: f64,
+}
+
+impl<'a> Checkpoints<'a> {
+    fn new(run: &'a RunFolder, settings: &'a TrainingSettings) -> Result<Self> {
+        let best =
+            std::fs::read_to_string(best_score_path(run)).ok().and_then(|text| text.trim().parse().ok());
+        let best = best.unwrap_or(f64::NEG_INFINITY);
+        Ok(Self { run, settings, saved_at: Instant::now(), score: (0.0, 0), best })
+    }
+
+    fn after(&mut self, learner: &dyn Learner, row: &[(String, f64)]) -> Result<()> {
+        if let Some((_, value)) = row.iter().find(|(name, _)| *name == self.settings.score) {
+            self.score = (self.score.0 + value, self.score.1 + 1);
+        }
+        let period = Duration::from_secs_f64(self.settings.checkpoint_period_s);
+        if self.saved_at.elapsed() >= period { self.save(learner) } else { Ok(()) }
+    }
+
+    fn save(&mut self, learner: &dyn Learner) -> Result<()> {
+        let path = self.run.checkpoint(learner.iteration());
+        learner.save(&path).with_context(|| format!("cannot save {}", path.display()))?;
+        self.keep_best(&path)?;
+        self.run
+            .prune_checkpoints(self.settings.checkpoints_kept)
+            .context("cannot remove old checkpoints")?;
+        self.saved_at = Instant::now();
+        Ok(())
+    }
+
+    fn keep_best(&mut self, newest: &Path) -> Result<()> {
+        let (sum, count) = std::mem::take(&mut self.score);
+        let mean = sum / f64::from(count);
+        if count == 0 || mean.partial_cmp(&self.best) != Some(std::cmp::Ordering::Greater) {
+            return Ok(());
+        }
+        self.best = mean;
+        write_atomic(&self.run.best_checkpoint(), &std::fs::read(newest)?)
+            .and_then(|()| write_atomic(&best_score_path(self.run), format!("{mean}\n").as_bytes()))
+            .context("cannot keep the best checkpoint")
+    }
+
+    fn last_good(&self, run: &RunFolder) -> String {
+        match run.checkpoints().ok().and_then(|found| found.into_iter().next()) {
+            Some((_, path)) => format!("training stopped; the last good checkpoint is {}", path.display()),
+            None => "training stopped before its first checkpoint".into(),
+        }
+    }
+}
+
+fn best_score_path(run: &RunFolder) -> PathBuf {
+    run.best_checkpoint().with_extension("score")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    /// Counts iterations, and breaks down or asks for an interrupt at a stated one.
+    struct Counter {
+        iteration: u64,
+        broken_at: u64,
+        interrupt_at: u64,
+        interrupt: Interrupt,
+    }
+
+    impl Counter {
+        fn new(iteration: u64) -> Self {
+            Self { iteration, broken_at: u64::MAX, interrupt_at: u64::MAX, interrupt: Interrupt::default() }
+        }
+    }
+
+    impl Learner for Counter {
+        fn iteration(&self) -> u64 {
+            self.iteration
+        }
+        fn iterate(&mut self) -> Result<Vec<(String, f64)>> {
+            self.iteration += 1;
+            anyhow::ensure!(self.iteration < self.broken_at, "the loss is NaN, must be finite");
+            if self.iteration == self.interrupt_at {
+                self.interrupt.request();
+            }
+            // Rises to iteration 5, then falls: the best is in the middle.
+            Ok(vec![("score".into(), 5.0 - (self.iteration as f64 - 5.0).abs())])
+        }
+        fn steps_per_iteration(&self) -> u64 {
+            24
+        }
+        fn save(&self, path: &Path) -> Result<()> {
+            Ok(write_atomic(path, self.iteration.to_string().as_bytes())?)
+        }
+    }
+
+    fn settings() -> TrainingSettings {
+        let settings = TrainingSettings::default();
+        TrainingSettings { iterations: 10, checkpoint_period_s: 1e-9, score: "score".into(), ..settings }
+    }
+
+    fn run(test: &str) -> RunFolder {
+        let root = std::env::temp_dir().join(format!("guidedog-training-{test}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&root);
+        RunFolder::open(&root, "run").unwrap()
+    }
+
+    fn column(run: &RunFolder) -> Vec<u64> {
+        let table = MetricsTable::open(&run.file("metrics.csv"), u64::MAX).unwrap();
+        table.column("score").into_iter().map(|(iteration, _)| iteration).collect()
+    }
+
+    #[test]
+    fn a_finished_run_keeps_the_newest_and_the_best() {
+        let run = run("finished");
+        let outcome = train(&mut Counter::new(0), &run, &settings(), &[], &Interrupt::default()).unwrap();
+        assert_eq!(outcome, Outcome::Finished);
+        let kept: Vec<u64> = run.checkpoints().unwrap().into_iter().map(|(iteration, _)| iteration).collect();
+        assert_eq!(kept, [10, 9, 8]);
+        assert_eq!(fs::read_to_string(run.best_checkpoint()).unwrap(), "5");
+        assert_eq!(column(&run), (1..=10).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn an_interrupted_run_saves_and_goes_on_where_it_was() {
+        let run = run("interrupted");
+        let mut counter = Counter { interrupt_at: 4, ..Counter::new(0) };
+        let interrupt = counter.interrupt.clone();
+        let lazy = TrainingSettings { checkpoint_period_s: 1e9, ..settings() };
+        assert_eq!(train(&mut counter, &run, &lazy, &[], &interrupt).unwrap(), Outcome::Interrupted);
+        assert_eq!(run.checkpoints().unwrap()[0].0, 4);
+        let outcome = train(&mut Counter::new(4), &run, &lazy, &[], &Interrupt::default()).unwrap();
+        assert_eq!(outcome, Outcome::Finished);
+        assert_eq!(column(&run), (1..=10).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_broken_learner_is_not_saved_and_the_last_good_checkpoint_is_named() {
+        let run = run("broken");
+        let mut counter = Counter { broken_at: 7, ..Counter::new(0) };
+        let error = train(&mut counter, &run, &settings(), &[], &Interrupt::default()).unwrap_err();
+        let message = format!("{error:#}");
+        assert!(message.contains("00000006.safetensors") && message.contains("the loss is NaN"), "{message}");
+        assert_eq!(run.checkpoints().unwrap()[0].0, 6);
+    }
+
+    #[test]
+    fn a_setting_out_of_range_is_named() {
+        let error = TrainingSettings { num_envs: 0, ..settings() }.validate().unwrap_err();
+        assert_eq!(error.to_string(), "training.num_envs is 0, must be above 0");
+        settings().validate().unwrap();
+    }
+}
