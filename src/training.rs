@@ -261,10 +261,25 @@ mod tests {
         TrainingSettings { iterations: 10, checkpoint_period_s: 1e-9, score: "score".into(), ..settings }
     }
 
-    fn run(test: &str) -> RunFolder {
-        let root = std::env::temp_dir().join(format!("guidedog-training-{test}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&root);
-        RunFolder::open(&root, "run").unwrap()
+    /// A run folder that goes with the test.
+    struct Scratch(RunFolder);
+
+    impl std::ops::Deref for Scratch {
+        type Target = RunFolder;
+        fn deref(&self) -> &RunFolder {
+            &self.0
+        }
+    }
+
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(self.0.path());
+        }
+    }
+
+    fn run(test: &str) -> Scratch {
+        let name = format!("guidedog-training-{test}-{}", std::process::id());
+        Scratch(RunFolder::open(&std::env::temp_dir(), &name).unwrap())
     }
 
     fn column(run: &RunFolder) -> Vec<u64> {
