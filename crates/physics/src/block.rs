@@ -104,8 +104,19 @@ impl<L: Lane> Block<L> {
         self.workspace.forget_contacts(lane);
     }
 
+    /// Contact impulses of the last step \[N s\], world frame, which start the next solve: state that a
+    /// continued simulation needs beside [`State`].
+    pub fn impulses(&self) -> &[Vec3<L>] {
+        self.workspace.impulses()
+    }
+
+    /// Replaces the impulses; `impulses` is as long as what [`Block::impulses`] gave.
+    pub fn set_impulses(&mut self, impulses: &[Vec3<L>]) {
+        self.workspace.set_impulses(impulses);
+    }
+
     /// Advances every lane by one time step of [`Engine`]'s configuration.
     pub fn step(&mut self, engine: &Engine<L>) {
-        engine.step(self);
+        crate::step::step(engine, self);
     }
 }

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use robot::RobotModel;
+use robot::{BodyPart, RobotModel};
 use spatial::{Lane, Vec3};
 use terrain::HeightField;
 
-use crate::block::{Block, Parameters};
+use crate::{block::Parameters, structure::Structure};
 
 /// Settings of the time step, the contact solver and the actuators.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl Default for Config {
 
 /// Everything the environments share.
 #[derive(Clone, Debug)]
-pub struct Engine<L> {
+pub struct Engine<L: Lane> {
     /// The robot.
     pub robot: RobotModel,
     /// The ground.
@@ -72,19 +72,23 @@ pub struct Engine<L> {
     /// The settings.
     pub config: Config,
     nominal: Parameters<L>,
+    structure: Structure<L::Scalar>,
 }
 
 impl<L: Lane> Engine<L> {
     /// An engine for one robot on one ground.
     pub fn new(robot: RobotModel, terrain: Arc<HeightField>, config: Config) -> Self {
+        let hand = robot.contacts.iter().find(|sphere| sphere.part == BodyPart::Hand);
+        let hand_position = hand.map_or_else(Vec3::zero, |hand| Vec3::splat(hand.center.to_array()));
+        let structure = Structure::new::<L>(&robot);
         let nominal = Parameters {
             base_inertia: robot.links[0].inertia.broadcast(),
             friction: L::one(),
-            hand_position: Vec3::zero(),
+            hand_position,
             stiffness: L::splat(config.actuator.stiffness),
             damping: L::splat(config.actuator.damping),
         };
-        Self { robot, terrain, config, nominal }
+        Self { robot, terrain, config, nominal, structure }
     }
     /// Number of joints.
     pub fn num_joints(&self) -> usize {
@@ -98,7 +102,7 @@ impl<L: Lane> Engine<L> {
     pub fn nominal_parameters(&self) -> Parameters<L> {
         self.nominal.clone()
     }
-    pub(crate) fn step(&self, _block: &mut Block<L>) {
-        todo!()
+    pub(crate) fn structure(&self) -> &Structure<L::Scalar> {
+        &self.structure
     }
 }

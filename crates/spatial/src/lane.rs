@@ -40,6 +40,17 @@ pub trait Lane:
     const WIDTH: usize;
     /// The result of a comparison.
     type Mask: Mask<Self>;
+    /// One number at the lane's precision: how constants are stored.
+    type Scalar: Copy + Send + Sync + std::fmt::Debug + PartialEq;
+
+    /// A constant at the lane's precision.
+    fn scalar(x: f64) -> Self::Scalar;
+    /// The same constant in every lane.
+    fn broadcast(x: Self::Scalar) -> Self;
+    /// Largest whole number not above the value.
+    fn floor(self) -> Self;
+    /// One lane as an array index: negative and NaN become 0, fractions are cut off.
+    fn index(&self, lane: usize) -> usize;
 
     /// The same number in every lane, rounded to the lane's precision.
     fn splat(x: f64) -> Self;
@@ -118,6 +129,24 @@ impl Mask<f64> for bool {
 impl Lane for f64 {
     const WIDTH: usize = 1;
     type Mask = bool;
+    type Scalar = f64;
+
+    #[inline(always)]
+    fn scalar(x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn broadcast(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        f64::floor(self)
+    }
+    #[inline(always)]
+    fn index(&self, _lane: usize) -> usize {
+        *self as usize
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {
@@ -199,6 +228,24 @@ impl Mask<f32x16> for f32x16 {
 impl Lane for f32x16 {
     const WIDTH: usize = 16;
     type Mask = f32x16;
+    type Scalar = f32;
+
+    #[inline(always)]
+    fn scalar(x: f64) -> f32 {
+        x as f32
+    }
+    #[inline(always)]
+    fn broadcast(x: f32) -> Self {
+        f32x16::splat(x)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        f32x16::floor(self)
+    }
+    #[inline(always)]
+    fn index(&self, lane: usize) -> usize {
+        self.as_array()[lane] as usize
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {

@@ -1,0 +1,146 @@
+//! One time step: semi-implicit Euler with contacts solved at velocity level.
+//!
+//! 1. kinematics, mass matrix (with armature and implicit servo damping), its factor, bias forces;
+//! 2. unconstrained velocity; 3. contacts and joint limits, a fixed number of Gauss–Seidel sweeps; 4. positions.
+
+use spatial::{Lane, Mat3, Vec3};
+
+use crate::{
+    actuator::affine_torque,
+    bias::bias_force,
+    block::Block,
+    contact::ContactFrame,
+    engine::Engine,
+    ground,
+    kinematics::forward_kinematics,
+    mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force, whiten_velocity},
+    structure::{BASE_DOFS, broadcast},
+};
+
+/// Advances a block by one time step.
+pub(crate) fn step<L: Lane>(engine: &Engine<L>, block: &mut Block<L>) {
+    let r_wb = block.state.base_orientation.to_matrix();
+    unconstrained_velocity(engine, block, r_wb);
+    find_contacts(engine, block, r_wb);
+    solve(engine, block);
+    integrate(engine, block, r_wb);
+}
+
+/// Fills the workspace: kinematics, factor, and the whitened velocity the step would end with without contacts.
+#[inline(always)]
+pub(crate) fn unconstrained_velocity<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>) {
+    let structure = engine.structure();
+    let dt = L::splat(engine.config.time_step);
+    let Block { state, parameters, input, workspace: w, .. } = block;
+    forward_kinematics(structure, parameters, state, &mut w.links);
+    for (j, joint) in structure.joints.iter().enumerate() {
+        let torque = affine_torque(
+            &engine.config.actuator,
+            parameters.stiffness,
+            parameters.damping,
+            input.joint_target[j],
+            state.joint_position[j],
+            state.joint_velocity[j],
+        );
+        w.diagonal[j] = dt.mul_add(torque.damping, L::broadcast(joint.armature));
+        w.torque[j] = torque;
+    }
+    composite_rigid_body(structure, &w.links, &w.diagonal, &mut w.composite, &mut w.factor);
+    factorize(structure, &mut w.factor, &mut w.inverse_diagonal);
+
+    let (angular, linear) = (state.base_angular_velocity, state.base_linear_velocity);
+    w.velocity[..BASE_DOFS].copy_from_slice(&[angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]);
+    w.velocity[BASE_DOFS..].copy_from_slice(&state.joint_velocity);
+    let gravity = r_wb.transpose_mul(Vec3::splat(engine.config.gravity));
+    bias_force(structure, &w.links, gravity, &w.velocity, &mut w.motion, &mut w.force);
+
+    // Applied minus bias.
+    let hand = r_wb.transpose_mul(heading_to_world(r_wb, input.hand_force));
+    let base = r_wb.transpose_mul(heading_to_world(r_wb, input.base_force));
+    let moment = parameters.hand_position.cross(hand).to_array();
+    let force = (hand + base).to_array();
+    for i in 0..3 {
+        w.force[i] = moment[i] - w.force[i];
+        w.force[3 + i] = force[i] - w.force[3 + i];
+    }
+    for (j, torque) in w.torque.iter().enumerate() {
+        let applied = torque.damping.neg_mul_add(state.joint_velocity[j], torque.constant);
+        w.force[BASE_DOFS + j] = applied - w.force[BASE_DOFS + j];
+    }
+    whiten_force(structure, &w.factor, &w.inverse_diagonal, &mut w.force);
+    whiten_velocity(structure, &w.factor, &w.velocity, &mut w.whitened);
+    for (x, &force) in w.whitened.iter_mut().zip(&w.force) {
+        *x = dt.mul_add(force, *x);
+    }
+}
+
+/// A vector of the heading frame (level, x along the base's x on the ground) in the world frame.
+#[inline(always)]
+pub(crate) fn heading_to_world<L: Lane>(r_wb: Mat3<L>, v: Vec3<L>) -> Vec3<L> {
+    let forward = r_wb.columns[0];
+    let length = forward.x.mul_add(forward.x, forward.y * forward.y).max(L::splat(1e-12)).sqrt();
+    let inverse = L::one() / length;
+    let (c, s) = (forward.x * inverse, forward.y * inverse);
+    Vec3::new(c.mul_add(v.x, -(s * v.y)), s.mul_add(v.x, c * v.y), v.z)
+}
+
+#[inline(always)]
+fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>) {
+    let structure = engine.structure();
+    let Block { state, parameters, workspace: w, .. } = block;
+    let frame = ContactFrame {
+        structure,
+        config: &engine.config,
+        factor: &w.factor,
+        inverse_diagonal: &w.inverse_diagonal,
+        links: &w.links,
+        r_wb,
+    };
+    w.contacts.clear();
+    let spheres = structure.spheres.len();
+    for (i, sphere) in structure.spheres.iter().enumerate() {
+        let link = &w.links[sphere.link];
+        let center_l = if sphere.is_hand { parameters.hand_position } else { broadcast(sphere.center) };
+        let center_b = link.r_bl * center_l + link.p_bl;
+        let center_w = r_wb * center_b + state.base_position;
+        let radius = L::broadcast(sphere.radius);
+        let (surface, wall) = ground::surface_and_wall(&engine.terrain, center_w, radius);
+        w.contacts.add(&frame, i, sphere.link, center_b, radius, surface);
+        w.contacts.add(&frame, spheres + i, sphere.link, center_b, radius, wall);
+    }
+    w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &state.joint_position);
+}
+
+#[inline(always)]
+fn solve<L: Lane>(engine: &Engine<L>, block: &mut Block<L>) {
+    let structure = engine.structure();
+    let friction = block.parameters.friction;
+    let w = &mut block.workspace;
+    w.contacts.warm_start(structure, &mut w.whitened);
+    for _ in 0..engine.config.solver_sweeps {
+        w.limits.sweep(structure, &mut w.whitened);
+        w.contacts.sweep(structure, friction, &mut w.whitened);
+    }
+    unwhiten_velocity(structure, &w.factor, &w.inverse_diagonal, &w.whitened, &mut w.velocity);
+}
+
+#[inline(always)]
+fn integrate<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>) {
+    let dt = L::splat(engine.config.time_step);
+    let Block { state, output, workspace: w, .. } = block;
+    let v = &w.velocity;
+    let angular = Vec3::new(v[0], v[1], v[2]);
+    let linear_w = r_wb * Vec3::new(v[3], v[4], v[5]);
+    state.base_position = linear_w.scale_add(dt, state.base_position);
+    state.base_orientation = state.base_orientation.integrate(angular, dt);
+    state.base_angular_velocity = angular;
+    // The solved velocity is along the old axes; the state keeps it along the new ones.
+    state.base_linear_velocity = state.base_orientation.to_matrix().transpose_mul(linear_w);
+    for (j, torque) in w.torque.iter().enumerate() {
+        let rate = v[BASE_DOFS + j];
+        state.joint_velocity[j] = rate;
+        state.joint_position[j] = dt.mul_add(rate, state.joint_position[j]);
+        output.joint_torque[j] = torque.damping.neg_mul_add(rate, torque.constant);
+    }
+    w.contacts.finish(r_wb, engine.config.time_step, &mut output.contact_force);
+}

@@ -1,0 +1,200 @@
+//! The robot's tree as the kernels want it: chains of degrees of freedom and constants at lane precision.
+//!
+//! Degrees of freedom 0–2 are the base's angular, 3–5 its linear velocity (base frame); joint `j` is degree of
+//! freedom `6 + j`. Because parents come first, the chain of any degree of freedom (itself and everything it hangs on, from the
+//! base outward) begins with the chain of each of its ancestors: all sparsity of the mass matrix follows from that
+//! (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 6.4).
+
+use robot::{JointKind, RobotModel};
+use spatial::{Inertia, Lane, Mat3, Vec3};
+
+/// Degrees of freedom of the floating base.
+pub(crate) const BASE_DOFS: usize = 6;
+
+/// An inertia with constants at lane precision.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InertiaConstants<S> {
+    mass: S,
+    moment: [S; 3],
+    rotational: [S; 6],
+}
+
+/// A joint and the link it moves.
+#[derive(Clone, Debug)]
+pub(crate) struct JointConstants<S> {
+    pub(crate) kind: JointKind,
+    pub(crate) parent_link: usize,
+    pub(crate) origin: [S; 3],
+    pub(crate) axis: Axis,
+    pub(crate) inertia: InertiaConstants<S>,
+    pub(crate) armature: S,
+    /// Lower and upper position limit; absent for a continuous joint.
+    pub(crate) limits: Option<[S; 2]>,
+}
+
+/// A joint axis; turning about a frame axis is cheaper than about a general one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Axis {
+    /// A frame axis (0, 1, 2) and its sign.
+    Frame(usize, f64),
+    /// Any unit vector.
+    General([f64; 3]),
+}
+
+impl Axis {
+    fn from_unit(axis: [f64; 3]) -> Self {
+        for (i, &a) in axis.iter().enumerate() {
+            if a.abs() > 1.0 - 1e-12 {
+                return Self::Frame(i, a.signum());
+            }
+        }
+        Self::General(axis)
+    }
+
+    /// `r_bp` turned by `angle` \[rad\] about the axis.
+    #[inline(always)]
+    pub(crate) fn turn<L: Lane>(self, r_bp: &Mat3<L>, angle: L) -> Mat3<L> {
+        let Self::Frame(i, sign) = self else {
+            let Self::General(axis) = self else { unreachable!() };
+            return *r_bp * Mat3::from_axis_angle(axis, angle);
+        };
+        let (s, c) = angle.sin_cos();
+        let s = s * L::splat(sign);
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let mut turned = *r_bp;
+        let (pj, pk) = (r_bp.columns[j], r_bp.columns[k]);
+        turned.columns[j] = pj.scale_add(c, pk.scale(s));
+        turned.columns[k] = pk.scale_add(c, -pj.scale(s));
+        turned
+    }
+
+    /// The axis in the base frame, given the link's rotation.
+    #[inline(always)]
+    pub(crate) fn in_base<L: Lane>(self, r_bl: &Mat3<L>) -> Vec3<L> {
+        match self {
+            Self::Frame(i, sign) => r_bl.columns[i].scale(L::splat(sign)),
+            Self::General(axis) => *r_bl * Vec3::splat(axis),
+        }
+    }
+}
+
+impl<S: Copy> InertiaConstants<S> {
+    fn new<L: Lane<Scalar = S>>(inertia: &Inertia<f64>) -> Self {
+        Self {
+            mass: L::scalar(inertia.mass),
+            moment: inertia.moment.to_array().map(L::scalar),
+            rotational: inertia.rotational.map(L::scalar),
+        }
+    }
+
+    /// The inertia in every lane.
+    #[inline(always)]
+    pub(crate) fn broadcast<L: Lane<Scalar = S>>(&self) -> Inertia<L> {
+        Inertia {
+            mass: L::broadcast(self.mass),
+            moment: broadcast(self.moment),
+            rotational: self.rotational.map(L::broadcast),
+        }
+    }
+}
+
+/// A constant vector in every lane.
+#[inline(always)]
+pub(crate) fn broadcast<L: Lane>(v: [L::Scalar; 3]) -> Vec3<L> {
+    Vec3::new(L::broadcast(v[0]), L::broadcast(v[1]), L::broadcast(v[2]))
+}
+
+/// A contact sphere with constants at lane precision.
+#[derive(Clone, Debug)]
+pub(crate) struct SphereConstants<S> {
+    pub(crate) link: usize,
+    pub(crate) center: [S; 3],
+    pub(crate) radius: S,
+    /// Its center is the hand's, which differs between robots.
+    pub(crate) is_hand: bool,
+}
+
+/// The tree.
+#[derive(Clone, Debug)]
+pub(crate) struct Structure<S> {
+    pub(crate) joints: Vec<JointConstants<S>>,
+    pub(crate) spheres: Vec<SphereConstants<S>>,
+    /// For each degree of freedom its chain, base first, itself last.
+    chains: Vec<Vec<usize>>,
+    /// Where the row of each degree of freedom starts in a packed triangular matrix.
+    row_starts: Vec<usize>,
+}
+
+impl<S: Copy> Structure<S> {
+    pub(crate) fn new<L: Lane<Scalar = S>>(robot: &RobotModel) -> Self {
+        let joints: Vec<_> = robot
+            .joints
+            .iter()
+            .enumerate()
+            .map(|(j, joint)| JointConstants {
+                kind: joint.kind,
+                parent_link: joint.parent_link,
+                origin: joint.origin.to_array().map(L::scalar),
+                axis: Axis::from_unit(joint.axis.to_array()),
+                inertia: InertiaConstants::new::<L>(&robot.links[j + 1].inertia),
+                armature: L::scalar(joint.armature),
+                limits: (joint.position_limits.0.is_finite() && joint.position_limits.1.is_finite())
+                    .then(|| [L::scalar(joint.position_limits.0), L::scalar(joint.position_limits.1)]),
+            })
+            .collect();
+        let spheres = robot
+            .contacts
+            .iter()
+            .map(|sphere| SphereConstants {
+                link: sphere.link,
+                center: sphere.center.to_array().map(L::scalar),
+                radius: L::scalar(sphere.radius),
+                is_hand: sphere.part == robot::BodyPart::Hand,
+            })
+            .collect();
+        let mut chains: Vec<Vec<usize>> = (0..BASE_DOFS).map(|dof| (0..=dof).collect()).collect();
+        for (j, joint) in joints.iter().enumerate() {
+            let mut chain = chains[dof_of_link(joint.parent_link)].clone();
+            chain.push(BASE_DOFS + j);
+            chains.push(chain);
+        }
+        let mut row_starts = vec![0];
+        for chain in &chains {
+            row_starts.push(row_starts[row_starts.len() - 1] + chain.len());
+        }
+        Self { joints, spheres, chains, row_starts }
+    }
+
+    pub(crate) fn num_dofs(&self) -> usize {
+        self.chains.len()
+    }
+    /// Entries of a packed triangular matrix.
+    pub(crate) fn packed_len(&self) -> usize {
+        self.row_starts[self.num_dofs()]
+    }
+    /// First entry of the row of `dof`.
+    #[inline(always)]
+    pub(crate) fn row_start(&self, dof: usize) -> usize {
+        self.row_starts[dof]
+    }
+    /// The degrees of freedom that move `dof`, base first, itself last.
+    #[inline(always)]
+    pub(crate) fn chain(&self, dof: usize) -> &[usize] {
+        &self.chains[dof]
+    }
+    /// The degrees of freedom that move a link, base first.
+    #[inline(always)]
+    pub(crate) fn chain_of_link(&self, link: usize) -> &[usize] {
+        &self.chains[dof_of_link(link)]
+    }
+    /// Length of the longest chain.
+    pub(crate) fn max_chain(&self) -> usize {
+        self.chains.iter().map(Vec::len).max().unwrap_or(BASE_DOFS)
+    }
+}
+
+/// The last degree of freedom that moves a link.
+#[inline(always)]
+pub(crate) fn dof_of_link(link: usize) -> usize {
+    BASE_DOFS + link - 1
+}
