@@ -31,14 +31,6 @@ const MIN_WALL_HEIGHT: f64 = 1e-3;
 /// No wall is looked for this far above the ground \[m\]: no step of any terrain is higher.
 const MAX_WALL_HEIGHT: f64 = 0.5;
 
-/// Distance of spheres to the surface under their centers.
-#[inline(always)]
-pub(crate) fn surface<L: Lane>(ground: &HeightField, center: Vec3<L>, radius: L) -> Proximity<L> {
-    let point = locate(ground, center.x, center.y);
-    let corners = gather(ground, &point, 0, 0);
-    surface_of_cell(ground, &point, &corners, center, radius)
-}
-
 /// Distance of spheres to the surface under their centers and to the nearest wall beside them.
 #[inline(always)]
 pub(crate) fn surface_and_wall<L: Lane>(
@@ -237,7 +229,7 @@ mod tests {
     fn a_slope_pushes_along_its_normal() {
         let mut field = HeightField::flat(0.0);
         field.cells = vec![[0.0, 0.05, 0.0, 0.05]];
-        let p = surface(&field, Vec3::splat([0.0, 0.0, 0.1]), 0.03);
+        let (p, _) = surface_and_wall(&field, Vec3::splat([0.0, 0.0, 0.1]), 0.03);
         // The plane z = 0.025 + x / 2 at the cell's center.
         let cosine = 1.0 / 1.25_f64.sqrt();
         assert!((p.gap - (0.075 * cosine - 0.03)).abs() < 1e-6);
@@ -247,7 +239,7 @@ mod tests {
     #[test]
     fn far_outside_the_field_the_border_goes_on() {
         for x in [-1e6, 1e6, 1e30] {
-            let p = surface(&step(), Vec3::splat([x, 0.0, 1.0]), 0.0);
+            let (p, _) = surface_and_wall(&step(), Vec3::splat([x, 0.0, 1.0]), 0.0);
             let ground = if x < 0.0 { 0.0 } else { 0.2 };
             assert!((p.gap - (1.0 - ground)).abs() < 1e-6);
         }
