@@ -7,6 +7,7 @@ mod actuator;
 mod bias;
 pub mod block;
 mod contact;
+mod diagnostics;
 pub mod engine;
 mod ground;
 mod joint_limit;
