@@ -28,27 +28,115 @@ impl HeightField {
         Self { cell_size: 0.1, origin: [-0.05, -0.05], columns: 1, rows: 1, cells: vec![[z; 4]] }
     }
 
-    /// Index of the cell under the world position (x, y) \[m\], clamped to the field.
+    /// The cell at (`column`, `row`), clamped to the field.
     #[inline(always)]
-    pub fn cell_at(&self, x: f32, y: f32) -> (usize, usize) {
-        let index = |position: f32, start: f32, count: usize| {
-            // A float-to-integer cast saturates, so far-away and non-finite positions stay inside.
-            ((position - start) / self.cell_size) as usize
-        };
-        let column = index(x, self.origin[0], self.columns).min(self.columns - 1);
-        let row = index(y, self.origin[1], self.rows).min(self.rows - 1);
-        (column, row)
+    pub fn cell(&self, column: i64, row: i64) -> Cell {
+        let column = column.clamp(0, self.columns as i64 - 1) as usize;
+        let row = row.clamp(0, self.rows as i64 - 1) as usize;
+        self.cells[row * self.columns + column]
     }
 
-    /// Height of the ground at the world position (x, y) \[m\].
+    /// Index (column, row) of the cell under the world position (x, y) \[m\], clamped to the field.
+    #[inline(always)]
+    pub fn cell_at(&self, x: f32, y: f32) -> (usize, usize) {
+        let [x, y] = self.in_cells(x, y);
+        self.index_of(x, y)
+    }
+
+    /// Height of the ground at the world position (x, y) \[m\]; of the nearest border outside the field, and of
+    /// some cell of it at a position that is not a number.
     ///
     /// A cell is two triangles, split along the diagonal from (x0, y0) to (x1, y1).
     #[inline(always)]
     pub fn height(&self, x: f32, y: f32) -> f32 {
-        let (column, row) = self.cell_at(x, y);
-        let [h00, h10, h01, h11] = self.cells[row * self.columns + column];
-        let u = ((x - self.origin[0]) / self.cell_size - column as f32).clamp(0.0, 1.0);
-        let v = ((y - self.origin[1]) / self.cell_size - row as f32).clamp(0.0, 1.0);
-        if u >= v { h00 + u * (h10 - h00) + v * (h11 - h10) } else { h00 + v * (h01 - h00) + u * (h11 - h01) }
+        let [x, y] = self.in_cells(x, y);
+        self.height_in_cells(x, y)
+    }
+
+    /// World position (x, y) \[m\] counted in cells from the field's corner.
+    #[inline(always)]
+    pub(crate) fn in_cells(&self, x: f32, y: f32) -> [f32; 2] {
+        let per_meter = self.cell_size.recip();
+        [(x - self.origin[0]) * per_meter, (y - self.origin[1]) * per_meter]
+    }
+
+    /// Height of the ground \[m\] at a position counted in cells from the field's corner.
+    #[inline(always)]
+    pub(crate) fn height_in_cells(&self, x: f32, y: f32) -> f32 {
+        let (column, row) = self.index_of(x, y);
+        let cell = &self.cells[row * self.columns + column];
+        height_in_cell(cell, clamp_to_unit(x - column as f32), clamp_to_unit(y - row as f32))
+    }
+
+    #[inline(always)]
+    fn index_of(&self, x: f32, y: f32) -> (usize, usize) {
+        // A float-to-integer cast saturates, so far-away and non-finite positions stay inside.
+        ((x as usize).min(self.columns - 1), (y as usize).min(self.rows - 1))
+    }
+}
+
+/// Height at (u, v) in the unit square of a cell \[m\].
+#[inline(always)]
+fn height_in_cell(&[h00, h10, h01, h11]: &Cell, u: f32, v: f32) -> f32 {
+    if u >= v { h00 + u * (h10 - h00) + v * (h11 - h10) } else { h00 + v * (h01 - h00) + u * (h11 - h01) }
+}
+
+/// `t` within \[0, 1\], and 0 for what is not a number.
+#[inline(always)]
+#[expect(clippy::manual_clamp, reason = "clamp keeps a NaN, max replaces it")]
+fn clamp_to_unit(t: f32) -> f32 {
+    t.max(0.0).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two cells along x: a slope from 0 to 0.1 m, then a plateau at 0.3 m.
+    fn slope_and_step() -> HeightField {
+        HeightField {
+            cell_size: 0.1,
+            origin: [-0.1, 0.0],
+            columns: 2,
+            rows: 1,
+            cells: vec![[0.0, 0.1, 0.0, 0.1], [0.3; 4]],
+        }
+    }
+
+    #[test]
+    fn a_step_between_cells_is_vertical() {
+        let field = slope_and_step();
+        assert!((field.height(-1e-4, 0.05) - 0.1).abs() < 2e-4);
+        assert_eq!(field.height(1e-4, 0.05), 0.3);
+    }
+
+    #[test]
+    fn both_triangles_pass_through_the_corners_and_the_diagonal() {
+        let cell = [0.1, 0.2, 0.4, 0.8];
+        for (u, v, height) in [(0.0, 0.0, 0.1), (1.0, 0.0, 0.2), (0.0, 1.0, 0.4), (1.0, 1.0, 0.8)] {
+            assert!((height_in_cell(&cell, u, v) - height).abs() < 1e-6);
+        }
+        let below = height_in_cell(&cell, 0.5, 0.5 - 1e-6);
+        let above = height_in_cell(&cell, 0.5, 0.5 + 1e-6);
+        assert!((below - 0.45).abs() < 1e-5 && (above - 0.45).abs() < 1e-5);
+    }
+
+    #[test]
+    fn outside_the_field_the_border_goes_on() {
+        let field = slope_and_step();
+        for far in [1.0, 1e9, f32::MAX, f32::INFINITY] {
+            assert_eq!(field.height(-far, -far), 0.0);
+            assert_eq!(field.height(far, far), 0.3);
+        }
+        assert_eq!(field.cell(i64::MIN, i64::MAX), field.cells[0]);
+        assert_eq!(field.cell(i64::MAX, i64::MIN), field.cells[1]);
+    }
+
+    #[test]
+    fn a_position_that_is_not_a_number_has_a_finite_height() {
+        let field = slope_and_step();
+        assert!(field.height(f32::NAN, 0.05).is_finite());
+        assert!(field.height(0.05, f32::NAN).is_finite());
+        assert_eq!(field.cell_at(f32::NAN, f32::NAN), (0, 0));
     }
 }
