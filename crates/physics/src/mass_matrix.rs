@@ -74,7 +74,7 @@ pub(crate) fn factorize<L: Lane>(
         last[0] = root;
         inverse_diagonal[dof] = inverse;
         for entry in row.iter_mut() {
-            *entry = *entry * inverse;
+            *entry *= inverse;
         }
         for (position, &ancestor) in chain[..chain.len() - 1].iter().enumerate() {
             let pivot = row[position];
