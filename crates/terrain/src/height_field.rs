@@ -76,9 +76,13 @@ impl HeightField {
 }
 
 /// Height at (u, v) in the unit square of a cell \[m\].
+///
+/// From (x0, y0) first along the longer way, over the corner on this side of the diagonal, then along the shorter;
+/// which side a point is on selects a corner, not a branch, as no processor could foretell it.
 #[inline(always)]
-fn height_in_cell(&[h00, h10, h01, h11]: &Cell, u: f32, v: f32) -> f32 {
-    if u >= v { h00 + u * (h10 - h00) + v * (h11 - h10) } else { h00 + v * (h01 - h00) + u * (h11 - h01) }
+pub(crate) fn height_in_cell(cell: &Cell, u: f32, v: f32) -> f32 {
+    let corner = cell[if u >= v { 1 } else { 2 }];
+    cell[0] + u.max(v) * (corner - cell[0]) + u.min(v) * (cell[3] - corner)
 }
 
 /// `t` within \[0, 1\], and 0 for what is not a number.

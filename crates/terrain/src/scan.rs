@@ -1,5 +1,7 @@
 //! The height scan: what the robot knows of the ground around it.
 
+use spatial::f32x16;
+
 use crate::height_field::HeightField;
 
 /// Points of the scan along x, from −0.8 m to +0.8 m; the fast index.
@@ -14,6 +16,23 @@ const SPACING: f32 = 0.1;
 /// Height of the base above level ground at which the scan is zero \[m\].
 const NOMINAL_HEIGHT: f32 = 0.5;
 
+/// Points handled side by side.
+const LANES: usize = 16;
+/// Places of the points in the heading frame, in spacings ahead and to the left; the last vector is filled up.
+static AHEAD: [[f32; LANES]; SCAN_POINTS.div_ceil(LANES)] = places(true);
+static LEFT: [[f32; LANES]; SCAN_POINTS.div_ceil(LANES)] = places(false);
+
+const fn places<const VECTORS: usize>(ahead: bool) -> [[f32; LANES]; VECTORS] {
+    let mut places = [[0.0; LANES]; VECTORS];
+    let mut k = 0;
+    while k < SCAN_POINTS {
+        let (i, j) = (k % SCAN_COLUMNS, k / SCAN_COLUMNS);
+        places[k / LANES][k % LANES] = if ahead { i as f32 - 8.0 } else { j as f32 - 5.0 };
+        k += 1;
+    }
+    places
+}
+
 impl HeightField {
     /// Height of the base above the ground, less 0.5 m, clipped to ±1 m, at 17 × 11 points in the heading frame.
     ///
@@ -23,20 +42,45 @@ impl HeightField {
     /// first [`SCAN_POINTS`] values `out` is left alone.
     pub fn scan(&self, x: f32, y: f32, yaw: f32, base_z: f32, out: &mut [f32]) {
         let (sin, cos) = yaw.sin_cos();
-        let per_meter = self.cell_size.recip();
-        // Everything in cells from the field's corner, so that a point costs one multiply-add an axis.
-        let base = self.in_cells(x, y);
-        let along = [cos * SPACING * per_meter, sin * SPACING * per_meter];
-        for (j, values) in out.chunks_mut(SCAN_COLUMNS).take(SCAN_ROWS).enumerate() {
-            let left = j as f32 - 5.0;
-            let middle = [base[0] - left * along[1], base[1] + left * along[0]];
-            for (i, value) in values.iter_mut().enumerate() {
-                let ahead = i as f32 - 8.0;
-                let ground = self.height_in_cells(middle[0] + ahead * along[0], middle[1] + ahead * along[1]);
-                *value = (base_z - ground - NOMINAL_HEIGHT).clamp(-1.0, 1.0);
-            }
+        let spacing = SPACING * self.cell_size.recip();
+        let [base_x, base_y] = self.in_cells(x, y).map(f32x16::splat);
+        let [along_x, along_y] = [cos * spacing, sin * spacing].map(f32x16::splat);
+        let zero_at = f32x16::splat(base_z - NOMINAL_HEIGHT);
+        let length = out.len().min(SCAN_POINTS);
+        for ((values, ahead), left) in out[..length].chunks_mut(LANES).zip(&AHEAD).zip(&LEFT) {
+            let (ahead, left) = (f32x16::from(*ahead), f32x16::from(*left));
+            let ground = self.heights_in_cells(
+                base_x + ahead * along_x - left * along_y,
+                base_y + ahead * along_y + left * along_x,
+            );
+            let clipped = (zero_at - ground).max(f32x16::splat(-1.0)).min(f32x16::splat(1.0));
+            values.copy_from_slice(&clipped.to_array()[..values.len()]);
         }
     }
+
+    /// [`HeightField::height`] of sixteen points at once, positions counted in cells.
+    #[inline(always)]
+    fn heights_in_cells(&self, x: f32x16, y: f32x16) -> f32x16 {
+        let (column, u) = split(x, self.columns);
+        let (row, v) = split(y, self.rows);
+        let upper = u.simd_lt(v).to_bitmask();
+        let (mut start, mut corner, mut end) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for k in 0..LANES {
+            let cell = &self.cells[row[k] as usize * self.columns + column[k] as usize];
+            // Which side of the diagonal a point is on selects a corner, not a branch.
+            (start[k], corner[k], end[k]) = (cell[0], cell[1 + (upper >> k & 1) as usize], cell[3]);
+        }
+        let [start, corner, end] = [start, corner, end].map(f32x16::from);
+        start + u.max(v) * (corner - start) + u.min(v) * (end - corner)
+    }
+}
+
+/// Cells along one axis, clamped to `0..count`, and the places in them, 0 to 1.
+#[inline(always)]
+fn split(position: f32x16, count: usize) -> ([i32; LANES], f32x16) {
+    let position = position.max(f32x16::ZERO).min(f32x16::splat(count as f32));
+    let cell = position.floor().min(f32x16::splat((count - 1) as f32));
+    (cell.fast_trunc_int().to_array(), position - cell)
 }
 
 #[cfg(test)]
