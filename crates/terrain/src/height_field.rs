@@ -141,6 +141,7 @@ mod tests {
         let field = slope_and_step();
         assert!(field.height(f32::NAN, 0.05).is_finite());
         assert!(field.height(0.05, f32::NAN).is_finite());
+        assert!(field.height(f32::NAN, f32::NAN).is_finite());
         assert_eq!(field.cell_at(f32::NAN, f32::NAN), (0, 0));
     }
 }
