@@ -1,0 +1,99 @@
+//! What a description may not be: each refusal names the element.
+
+use robot::parse_urdf;
+
+const INERTIAL: &str =
+    r#"<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>"#;
+
+fn link(name: &str) -> String {
+    format!(r#"<link name="{name}">{INERTIAL}</link>"#)
+}
+
+fn joint(name: &str, kind: &str, parent: &str, child: &str) -> String {
+    format!(
+        r#"<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><axis xyz="0 1 0"/>
+        <limit lower="-1" upper="1" effort="10" velocity="5"/></joint>"#
+    )
+}
+
+fn refusal(body: &str) -> String {
+    match parse_urdf(&format!(r#"<robot name="r">{body}</robot>"#)) {
+        Ok(_) => panic!("was accepted: {body}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[track_caller]
+fn assert_names(message: &str, words: &[&str]) {
+    for word in words {
+        assert!(message.contains(word), "`{message}` does not say `{word}`");
+    }
+}
+
+#[test]
+fn a_sound_robot_is_read() {
+    let text = link("a")
+        + &link("b")
+        + &link("c")
+        + &joint("j", "fixed", "a", "b")
+        + &joint("k", "revolute", "b", "c");
+    let robot = parse_urdf(&format!(r#"<robot name="r">{text}</robot>"#)).unwrap();
+    assert_eq!(robot.links.len(), 2);
+    assert_eq!(robot.links[0].inertia.mass, 2.0);
+    assert_eq!(robot.joints[0].position_limits, (-1.0, 1.0));
+}
+
+#[test]
+fn structure_is_checked() {
+    assert_names(&refusal(""), &["no links"]);
+    assert_names(&refusal(&(link("a") + &link("b"))), &["`a`", "`b`", "root"]);
+    assert_names(&refusal(&(link("a") + &link("a"))), &["`a`", "twice"]);
+    assert_names(&refusal(&(link("a") + &joint("j", "fixed", "a", "x"))), &["`j`", "`x`"]);
+    assert_names(&refusal(&(link("a") + &joint("j", "fixed", "x", "a"))), &["`j`", "`x`"]);
+    let two_parents =
+        link("a") + &link("b") + &link("c") + &joint("j", "fixed", "a", "c") + &joint("k", "fixed", "b", "c");
+    assert_names(&refusal(&two_parents), &["`k`", "`c`", "`j`"]);
+    let circle = link("a") + &link("b") + &joint("j", "fixed", "a", "b") + &joint("k", "fixed", "b", "a");
+    assert_names(&refusal(&circle), &["loop"]);
+    let apart = link("r") + &circle;
+    assert_names(&refusal(&apart), &["loop", "`a`"]);
+    let same =
+        link("a") + &link("b") + &link("c") + &joint("j", "fixed", "a", "b") + &joint("j", "fixed", "b", "c");
+    assert_names(&refusal(&same), &["`j`", "twice"]);
+}
+
+#[test]
+fn joints_are_checked() {
+    let with = |joint: &str| refusal(&(link("a") + &link("b") + joint));
+    assert_names(&with(&joint("j", "floating", "a", "b")), &["`j`", "floating", "revolute"]);
+    let good = joint("j", "revolute", "a", "b");
+    assert_names(&with(&good.replace("0 1 0", "0 0 0")), &["`j`", "axis"]);
+    assert_names(&with(&good.replace("0 1 0", "0 one 0")), &["`j`", "axis", "0 one 0"]);
+    assert_names(&with(&good.replace(r#"lower="-1""#, r#"lower="2""#)), &["`j`", "limit"]);
+    assert_names(&with(&good.replace(r#"effort="10""#, "")), &["`j`", "effort"]);
+    assert_names(&with(&good.replace(r#"effort="10""#, r#"effort="nan""#)), &["`j`", "effort", "nan"]);
+    assert_names(&with(&good.replace(r#"<child link="b"/>"#, "")), &["`j`", "child"]);
+}
+
+#[test]
+fn inertias_are_checked() {
+    let with = |link: &str| refusal(&(self::link("a") + link + &joint("j", "revolute", "a", "b")));
+    assert_names(&with(r#"<link name="b"/>"#), &["`b`", "mass"]);
+    let good = link("b");
+    assert_names(&with(&good.replace(r#"mass value="1""#, r#"mass value="-1""#)), &["`b`", "mass", "-1"]);
+    assert_names(&with(&good.replace(r#"ixx="1""#, r#"ixx="0""#)), &["`b`", "inertia"]);
+    assert_names(&with(&good.replace(r#"ixx="1""#, r#"ixx="5""#)), &["`b`", "inertia", "sum"]);
+    assert_names(&with(&good.replace(r#"ixy="0""#, r#"ixy="3""#)), &["`b`", "positive definite"]);
+    assert_names(&with(&good.replace(r#"ixy="0""#, "")), &["`b`", "ixy"]);
+}
+
+#[test]
+fn broken_files_are_refused_wherever_they_break() {
+    let whole = include_str!("../../../assets/anymal_d.urdf");
+    for end in (0..whole.len() - 10).step_by(97) {
+        assert!(parse_urdf(&whole[..end]).is_err(), "cut at {end}");
+    }
+    assert!(parse_urdf("<model/>").unwrap_err().to_string().contains("model"));
+    let missing = robot::load_urdf(std::path::Path::new("/no/such/file.urdf")).unwrap_err().to_string();
+    assert!(missing.contains("/no/such/file.urdf"));
+}
