@@ -64,12 +64,12 @@ mod tests {
     #[test]
     fn feet_are_where_the_reference_says() {
         for (foot, (x, y)) in foot_positions([0.0; 12]).iter().zip([(1, 1), (-1, 1), (1, -1), (-1, -1)]) {
-            let expected = Vec3::splat([0.473 * f64::from(x), 0.318 * f64::from(y), -0.6775]);
+            let expected = Vec3::splat([0.473 * f64::from(x), 0.3179 * f64::from(y), -0.6775]);
             assert!((*foot - expected).norm() < 1e-3, "{foot:?}");
         }
         let stance = foot_positions(anymal_d_default_joint_position());
         for (foot, (x, y)) in stance.iter().zip([(1, 1), (-1, 1), (1, -1), (-1, -1)]) {
-            let expected = Vec3::splat([0.507 * f64::from(x), 0.318 * f64::from(y), -0.585]);
+            let expected = Vec3::splat([0.507 * f64::from(x), 0.3179 * f64::from(y), -0.585]);
             assert!((*foot - expected).norm() < 1e-3, "{foot:?}");
         }
     }
