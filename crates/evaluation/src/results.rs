@@ -89,9 +89,9 @@ impl fmt::Display for Behavior {
 pub struct CaseResult {
     /// `f_x/f_y` in newtons, as in the paper's figure 5: "-60/30".
     pub name: String,
-    /// Force along x of the heading frame [N]; below zero pulls back.
+    /// Force along x of the heading frame \[N\]; below zero pulls back.
     pub fx: f64,
-    /// Force along y of the heading frame [N]; above zero pulls left.
+    /// Force along y of the heading frame \[N\]; above zero pulls left.
     pub fy: f64,
     /// Whether training saw such a force.
     pub group: Group,
@@ -109,18 +109,18 @@ pub struct CaseResult {
     pub wilson_low: f64,
     /// Upper end of the 95 % Wilson interval of the success rate.
     pub wilson_high: f64,
-    /// Mean forward speed, base frame [m/s].
+    /// Mean forward speed, base frame \[m/s\].
     pub mean_vx: f64,
-    /// Mean sideways speed, base frame, left positive [m/s].
+    /// Mean sideways speed, base frame, left positive \[m/s\].
     pub mean_vy: f64,
-    /// Mean yaw rate, counterclockwise positive [rad/s].
+    /// Mean yaw rate, counterclockwise positive \[rad/s\].
     pub mean_wz: f64,
     /// Mean size of the heading's unwanted change, scaled to ten seconds [degrees / 10 s]: 0 is perfect.
     pub heading_drift_deg_per_10s: f64,
-    /// Mean planar speed [m/s].
+    /// Mean planar speed \[m/s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_planar_speed: Option<f64>,
-    /// Mean largest distance from the window's first position [m].
+    /// Mean largest distance from the window's first position \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_drift_m: Option<f64>,
     /// Mean behavior reward of the case, in [0, 1].
