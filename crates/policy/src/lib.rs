@@ -1,7 +1,9 @@
-//! Networks as data: MLP forward, Gaussian distribution, ONNX in and out, checkpoints, the VecEnv contract.
+//! Networks as data: MLP forward, ONNX in and out, checkpoints, the `VecEnv` contract.
 
+pub mod activation;
 pub mod environment;
+pub mod matmul;
 pub mod mlp;
 
 pub use environment::{Mirror, StepBuffers, VecEnv};
-pub use mlp::{Activation, Linear, Mlp};
+pub use mlp::{Activation, ForwardWorkspace, Linear, Mlp, ShapeError};
