@@ -27,6 +27,30 @@ pub trait OrBadInput<T> {
 
 impl<T, E: Into<anyhow::Error>> OrBadInput<T> for Result<T, E> {
     fn or_bad_input(self, what: impl FnOnce() -> String) -> Result<T, BadInput> {
-        self.map_err(|error| BadInput::new(format!("{}: {:#}", what(), error.into())))
+        self.map_err(|error| BadInput::new(format!("{}: {}", what(), with_causes(&error.into()))))
+    }
+}
+
+/// An error and its causes in one line; a cause that the message before it already tells is not told again.
+pub fn with_causes(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(|cause| cause.to_string()) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let error = anyhow::anyhow!("no such file").context("cannot read a: no such file").context("robot");
+        assert_eq!(with_causes(&error), "robot: cannot read a: no such file");
     }
 }

@@ -1,5 +1,38 @@
-//! The command line. Its verbs arrive as what they drive does; until then it shows the robot that is built in.
+//! The command line. One verb, one file in `verbs/`.
 
-fn main() {
-    print!("{}", guidedog::robot::anymal_d().tree_text());
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use guidedog::error::{BadInput, with_causes};
+
+mod verbs;
+
+use verbs::inspect;
+
+/// Trains, judges and shows a robotic guide dog that understands the pull of a hand on its harness.
+#[derive(Debug, Parser)]
+#[command(version, arg_required_else_help = true, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  guidedog inspect robot                     ANYmal D with its harness";
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    Inspect(inspect::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().verb {
+        Verb::Inspect(arguments) => inspect::run(&arguments),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {}", with_causes(&error));
+        // As clap does for flags it refuses.
+        ExitCode::from(if error.chain().any(|cause| cause.is::<BadInput>()) { 2 } else { 1 })
+    })
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 
-use crate::error::BadInput;
+use crate::error::{BadInput, with_causes};
 
 const CHECKPOINTS: &str = "checkpoints";
 const BEST: &str = "best.safetensors";
@@ -93,7 +93,7 @@ impl RunFolder {
         for (_, path) in &checkpoints {
             match load(path) {
                 Ok(value) => return Ok(Some(value)),
-                Err(error) => report(&format!("{} is not usable ({error:#})", path.display())),
+                Err(error) => report(&format!("{} is not usable ({})", path.display(), with_causes(&error))),
             }
         }
         if checkpoints.is_empty() {
