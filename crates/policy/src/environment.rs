@@ -68,3 +68,12 @@ pub struct Mirror {
     /// Map of an action.
     pub action: Vec<(usize, f32)>,
 }
+
+impl Mirror {
+    /// Writes the mirror image of `original` to `mirrored`, by one of the maps.
+    pub fn apply(map: &[(usize, f32)], original: &[f32], mirrored: &mut [f32]) {
+        for (value, &(source, sign)) in mirrored.iter_mut().zip(map) {
+            *value = sign * original[source];
+        }
+    }
+}

@@ -1,9 +1,12 @@
 //! Networks as data: MLP forward, ONNX in and out, checkpoints, the `VecEnv` contract.
 
 pub mod activation;
+pub mod checkpoint;
 pub mod environment;
+pub mod layout;
 pub mod matmul;
 pub mod mlp;
 
+pub use checkpoint::{Checkpoint, CheckpointError, write_atomic};
 pub use environment::{Mirror, StepBuffers, VecEnv};
 pub use mlp::{Activation, ForwardWorkspace, Linear, Mlp, ShapeError};
