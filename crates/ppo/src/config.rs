@@ -1,0 +1,128 @@
+//! Settings of the learner.
+
+use serde::{Deserialize, Serialize};
+
+/// Settings of PPO. Defaults: Isaac Lab's ANYmal D rough task (`rsl_rl_ppo_cfg.py`) unless a field says otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Widths of the actor's hidden layers.
+    pub actor_hidden: Vec<usize>,
+    /// Widths of the critic's hidden layers.
+    pub critic_hidden: Vec<usize>,
+    /// Control steps of every environment in one iteration.
+    pub steps_per_env: usize,
+    /// Passes over an iteration's samples.
+    pub epochs: usize,
+    /// Parts the samples are divided into; each gives one gradient step an epoch.
+    pub minibatches: usize,
+    /// Discount of a step, in (0, 1].
+    pub gamma: f32,
+    /// Decay of advantage estimation, in \[0, 1\].
+    pub lambda: f32,
+    /// How far the probability ratio may move before its gradient stops, above 0.
+    pub clip_range: f32,
+    /// Weight of the value loss, 0 or above.
+    pub value_loss_coefficient: f32,
+    /// Whether the value may only move by `clip_range` an iteration.
+    pub clip_value_loss: bool,
+    /// Weight of the entropy bonus, 0 or above.
+    pub entropy_coefficient: f32,
+    /// Learning rate at the start, above 0.
+    pub learning_rate: f32,
+    /// Divergence between the old and the new policy that the learning rate is steered to; 0 keeps the rate.
+    pub desired_kl: f32,
+    /// Bounds of the learning rate.
+    pub learning_rate_range: [f32; 2],
+    /// Longest gradient, above 0; a longer one is scaled down.
+    pub max_gradient_norm: f32,
+    /// Standard deviation of every action at the start, above 0.
+    pub initial_std: f32,
+    /// Whether every sample is also learned from in its left–right mirror image.
+    pub symmetry: bool,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            actor_hidden: vec![512, 256, 128],
+            critic_hidden: vec![512, 256, 128],
+            steps_per_env: 24,
+            epochs: 5,
+            minibatches: 4,
+            gamma: 0.99,
+            lambda: 0.95,
+            clip_range: 0.2,
+            value_loss_coefficient: 1.0,
+            clip_value_loss: true,
+            entropy_coefficient: 0.005,
+            learning_rate: 1e-3,
+            desired_kl: 0.01,
+            learning_rate_range: [1e-5, 1e-2],
+            max_gradient_norm: 1.0,
+            initial_std: 1.0,
+            symmetry: false,
+        }
+    }
+}
+
+/// A setting that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{field} is {found}, must be {allowed}")]
+pub struct ConfigError {
+    /// The field.
+    pub field: &'static str,
+    /// Its value.
+    pub found: String,
+    /// What would do.
+    pub allowed: &'static str,
+}
+
+impl Config {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first one out of range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let check = |fits: bool, field, found: &dyn std::fmt::Debug, allowed| {
+            if fits { Ok(()) } else { Err(ConfigError { field, found: format!("{found:?}"), allowed }) }
+        };
+        let widths = |widths: &[usize]| widths.iter().all(|width| (1..=8192).contains(width));
+        let positive = |x: f32| x.is_finite() && x > 0.0;
+        let not_negative = |x: f32| x.is_finite() && x >= 0.0;
+        check(widths(&self.actor_hidden), "actor_hidden", &self.actor_hidden, "widths from 1 to 8192")?;
+        check(widths(&self.critic_hidden), "critic_hidden", &self.critic_hidden, "widths from 1 to 8192")?;
+        check(self.steps_per_env > 0, "steps_per_env", &self.steps_per_env, "at least 1")?;
+        check(self.epochs > 0, "epochs", &self.epochs, "at least 1")?;
+        check(self.minibatches > 0, "minibatches", &self.minibatches, "at least 1")?;
+        check(self.gamma > 0.0 && self.gamma <= 1.0, "gamma", &self.gamma, "in (0, 1]")?;
+        check((0.0..=1.0).contains(&self.lambda), "lambda", &self.lambda, "in [0, 1]")?;
+        check(positive(self.clip_range), "clip_range", &self.clip_range, "above 0")?;
+        let weight = self.value_loss_coefficient;
+        check(not_negative(weight), "value_loss_coefficient", &weight, "0 or above")?;
+        let weight = self.entropy_coefficient;
+        check(not_negative(weight), "entropy_coefficient", &weight, "0 or above")?;
+        let [low, high] = self.learning_rate_range;
+        let range = &self.learning_rate_range;
+        check(positive(low) && high >= low, "learning_rate_range", range, "two rates above 0 in order")?;
+        let rate = self.learning_rate;
+        check((low..=high).contains(&rate), "learning_rate", &rate, "within learning_rate_range")?;
+        check(not_negative(self.desired_kl), "desired_kl", &self.desired_kl, "0 or above")?;
+        check(positive(self.max_gradient_norm), "max_gradient_norm", &self.max_gradient_norm, "above 0")?;
+        check(positive(self.initial_std), "initial_std", &self.initial_std, "above 0")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_its_range() {
+        Config::default().validate().unwrap();
+        let message = Config { gamma: 1.5, ..Config::default() }.validate().unwrap_err().to_string();
+        assert_eq!(message, "gamma is 1.5, must be in (0, 1]");
+        assert!(Config { initial_std: f32::NAN, ..Config::default() }.validate().is_err());
+        assert!(Config { minibatches: 0, ..Config::default() }.validate().is_err());
+    }
+}

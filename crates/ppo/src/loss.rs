@@ -1,0 +1,189 @@
+//! PPO's loss of one sample and its gradient with respect to what the networks gave.
+//!
+//! Clipped surrogate: Schulman et al., *Proximal policy optimization algorithms*, 2017, equation 7; clipped value loss
+//! without the factor ½ and entropy bonus as in rsl_rl v2.0.1.
+
+use crate::config::Config;
+
+/// What the rollout recorded of one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample<'a> {
+    pub(crate) action: &'a [f32],
+    pub(crate) old_mean: &'a [f32],
+    pub(crate) old_log_probability: f32,
+    pub(crate) old_value: f32,
+    pub(crate) advantage: f32,
+    pub(crate) value_target: f32,
+}
+
+/// Sums over samples.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LossSums {
+    pub(crate) surrogate: f64,
+    pub(crate) value: f64,
+    pub(crate) kl: f64,
+    pub(crate) clipped: f64,
+}
+
+impl LossSums {
+    pub(crate) fn add(&mut self, o: &Self) {
+        self.surrogate += o.surrogate;
+        self.value += o.value;
+        self.kl += o.kl;
+        self.clipped += o.clipped;
+    }
+}
+
+/// The policy's spread: log standard deviations now and when the rollout was made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread<'a> {
+    pub(crate) log_std: &'a [f32],
+    pub(crate) old_log_std: &'a [f32],
+}
+
+const HALF_LOG_TWO_PI: f32 = 0.918_938_5;
+
+/// Logarithm of the density of a diagonal Gaussian.
+pub(crate) fn log_probability(action: &[f32], mean: &[f32], log_std: &[f32]) -> f32 {
+    let terms = action.iter().zip(mean).zip(log_std);
+    terms
+        .map(|((a, m), s)| {
+            let z = (a - m) * (-s).exp();
+            -0.5 * z * z - s - HALF_LOG_TWO_PI
+        })
+        .sum()
+}
+
+/// Divergence of the new Gaussian from the old one, KL(old ‖ new).
+pub(crate) fn kl_divergence(old_mean: &[f32], mean: &[f32], spread: Spread<'_>) -> f32 {
+    let scales = spread.log_std.iter().zip(spread.old_log_std);
+    let terms = old_mean.iter().zip(mean).zip(scales);
+    terms
+        .map(|((old, new), (s, old_s))| {
+            let variance = (2.0 * s).exp();
+            let old_variance = (2.0 * old_s).exp();
+            s - old_s + (old_variance + (old - new) * (old - new)) / (2.0 * variance) - 0.5
+        })
+        .sum()
+}
+
+/// Adds the surrogate's gradient, times `weight`, to `mean_gradient` (replaced) and `log_std_gradient` (added to).
+pub(crate) fn surrogate(
+    config: &Config,
+    sample: Sample<'_>,
+    mean: &[f32],
+    spread: Spread<'_>,
+    weight: f32,
+    mean_gradient: &mut [f32],
+    log_std_gradient: &mut [f32],
+) -> LossSums {
+    let log_ratio = log_probability(sample.action, mean, spread.log_std) - sample.old_log_probability;
+    let ratio = log_ratio.exp();
+    let limited = ratio.clamp(1.0 - config.clip_range, 1.0 + config.clip_range);
+    let (free, clipped) = (-sample.advantage * ratio, -sample.advantage * limited);
+    // Where the clipped branch is the larger it is constant: no gradient.
+    let slope = if free >= clipped { free * weight } else { 0.0 };
+    for i in 0..mean.len() {
+        let inverse_variance = (-2.0 * spread.log_std[i]).exp();
+        let deviation = sample.action[i] - mean[i];
+        mean_gradient[i] = slope * deviation * inverse_variance;
+        log_std_gradient[i] += slope * (deviation * deviation * inverse_variance - 1.0);
+    }
+    LossSums {
+        surrogate: f64::from(free.max(clipped)),
+        clipped: f64::from(u8::from(ratio != limited)),
+        ..LossSums::default()
+    }
+}
+
+/// Value loss and its gradient with respect to the value, times `weight`.
+pub(crate) fn value_loss(config: &Config, sample: Sample<'_>, value: f32, weight: f32) -> (f64, f32) {
+    let weight = weight * config.value_loss_coefficient;
+    let error = value - sample.value_target;
+    if !config.clip_value_loss {
+        return (f64::from(error * error), 2.0 * error * weight);
+    }
+    let move_ = value - sample.old_value;
+    let limited = move_.clamp(-config.clip_range, config.clip_range);
+    let clipped_error = sample.old_value + limited - sample.value_target;
+    if error * error >= clipped_error * clipped_error {
+        (f64::from(error * error), 2.0 * error * weight)
+    } else {
+        let slope = if move_ == limited { 2.0 * clipped_error * weight } else { 0.0 };
+        (f64::from(clipped_error * clipped_error), slope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(advantage: f32, old_log_probability: f32) -> Sample<'static> {
+        Sample {
+            action: &[0.4, -1.0],
+            old_mean: &[0.1, -0.5],
+            old_log_probability,
+            old_value: 1.0,
+            advantage,
+            value_target: 1.5,
+        }
+    }
+
+    #[test]
+    fn gradients_are_differences_of_the_loss_on_both_sides_of_the_clip() {
+        let config = Config::default();
+        let (mean, log_std) = ([0.2_f32, -0.7], [-0.3_f32, 0.1]);
+        let loss = |mean: &[f32], log_std: &[f32], sample| {
+            let spread = Spread { log_std, old_log_std: &[0.0; 2] };
+            let (mut a, mut b) = ([0.0; 2], [0.0; 2]);
+            let sums = surrogate(&config, sample, mean, spread, 1.0, &mut a, &mut b);
+            (sums.surrogate, a, b)
+        };
+        let now = log_probability(&[0.4, -1.0], &mean, &log_std);
+        // Inside the range, above it, below it; for both signs of the advantage.
+        for offset in [0.05, -0.5, 0.5] {
+            for advantage in [1.3, -0.8] {
+                let sample = sample(advantage, now + offset);
+                let (_, mean_gradient, std_gradient) = loss(&mean, &log_std, sample);
+                for i in 0..2 {
+                    let mut high = mean;
+                    high[i] += 1e-2;
+                    let mut low = mean;
+                    low[i] -= 1e-2;
+                    let slope = (loss(&high, &log_std, sample).0 - loss(&low, &log_std, sample).0) / 2e-2;
+                    assert!((f64::from(mean_gradient[i]) - slope).abs() < 5e-3, "mean {offset} {advantage}");
+                    let mut high = log_std;
+                    high[i] += 1e-2;
+                    let mut low = log_std;
+                    low[i] -= 1e-2;
+                    let slope = (loss(&mean, &high, sample).0 - loss(&mean, &low, sample).0) / 2e-2;
+                    assert!((f64::from(std_gradient[i]) - slope).abs() < 5e-3, "std {offset} {advantage}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn value_loss_by_hand() {
+        let config = Config::default();
+        let value = |v| value_loss(&config, sample(1.0, 0.0), v, 1.0);
+        // Unclipped: the larger loss is the free one.
+        assert_eq!(value(0.9), (f64::from(0.6_f32 * 0.6), -1.2));
+        // Moved by more than 0.2 toward the target: the clipped loss (1.2 − 1.5)² rules, without gradient.
+        let (loss, slope) = value(1.4);
+        assert!((loss - 0.09).abs() < 1e-6 && slope == 0.0);
+        // Beyond the target by more: the free loss rules.
+        assert!((value(2.0).1 - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn divergence_of_a_policy_from_itself_is_zero_and_known_otherwise() {
+        let spread = |log_std, old_log_std| Spread { log_std, old_log_std };
+        assert_eq!(kl_divergence(&[0.3], &[0.3], spread(&[0.2], &[0.2])), 0.0);
+        // Equal spread σ = 1, means 1 apart: ½.
+        assert!((kl_divergence(&[0.0], &[1.0], spread(&[0.0], &[0.0])) - 0.5).abs() < 1e-6);
+        // Old σ = 1, new σ = 2: ln 2 + ⅛ − ½.
+        let expected = 2.0_f32.ln() + 0.125 - 0.5;
+        assert!((kl_divergence(&[0.0], &[0.0], spread(&[2.0_f32.ln()], &[0.0])) - expected).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,141 @@
+//! What the policy did and what came of it, for all environments over the steps of one iteration.
+
+use rayon::prelude::*;
+
+use crate::advantage::{Trajectory, generalized_advantage};
+
+/// Buffers of one iteration. Step-major: sample `step * num_envs + env`.
+#[derive(Clone, Debug)]
+pub(crate) struct Rollout {
+    pub(crate) num_envs: usize,
+    pub(crate) steps: usize,
+    pub(crate) observation_dim: usize,
+    pub(crate) action_dim: usize,
+    /// Scaled observations, one step more than there are: the last is where the next iteration begins.
+    pub(crate) observations: Vec<f32>,
+    pub(crate) actions: Vec<f32>,
+    pub(crate) means: Vec<f32>,
+    pub(crate) log_probabilities: Vec<f32>,
+    pub(crate) values: Vec<f32>,
+    pub(crate) rewards: Vec<f32>,
+    pub(crate) terminated: Vec<bool>,
+    pub(crate) truncated: Vec<bool>,
+    /// Values of the true last states of truncated episodes.
+    pub(crate) last_values: Vec<f32>,
+    /// Values of the states after the last step, one an environment.
+    pub(crate) next_values: Vec<f32>,
+    pub(crate) advantages: Vec<f32>,
+    pub(crate) value_targets: Vec<f32>,
+}
+
+impl Rollout {
+    pub(crate) fn new(num_envs: usize, steps: usize, observation_dim: usize, action_dim: usize) -> Self {
+        let samples = num_envs * steps;
+        Self {
+            num_envs,
+            steps,
+            observation_dim,
+            action_dim,
+            observations: vec![0.0; (samples + num_envs) * observation_dim],
+            actions: vec![0.0; samples * action_dim],
+            means: vec![0.0; samples * action_dim],
+            log_probabilities: vec![0.0; samples],
+            values: vec![0.0; samples],
+            rewards: vec![0.0; samples],
+            terminated: vec![false; samples],
+            truncated: vec![false; samples],
+            last_values: vec![0.0; samples],
+            next_values: vec![0.0; num_envs],
+            advantages: vec![0.0; samples],
+            value_targets: vec![0.0; samples],
+        }
+    }
+
+    pub(crate) fn samples(&self) -> usize {
+        self.num_envs * self.steps
+    }
+
+    /// Range of the samples of one step.
+    pub(crate) fn step(&self, step: usize) -> std::ops::Range<usize> {
+        step * self.num_envs..(step + 1) * self.num_envs
+    }
+
+    /// Scaled observations before `step`; `steps` gives those after the last.
+    pub(crate) fn observations_at(&mut self, step: usize) -> &mut [f32] {
+        let row = self.num_envs * self.observation_dim;
+        &mut self.observations[step * row..(step + 1) * row]
+    }
+
+    /// Makes the state after the last step the one before the first.
+    pub(crate) fn start_over(&mut self) {
+        let row = self.num_envs * self.observation_dim;
+        self.observations.copy_within(self.steps * row.., 0);
+    }
+
+    /// Fills advantages, normalized over all samples, and value targets.
+    pub(crate) fn estimate_advantages(&mut self, gamma: f32, lambda: f32) {
+        let (num_envs, steps) = (self.num_envs, self.steps);
+        let column = |values: &[f32], env: usize| -> Vec<f32> {
+            (0..steps).map(|step| values[step * num_envs + env]).collect()
+        };
+        let flags = |values: &[bool], env: usize| -> Vec<bool> {
+            (0..steps).map(|step| values[step * num_envs + env]).collect()
+        };
+        let columns: Vec<Vec<f32>> = (0..num_envs)
+            .into_par_iter()
+            .map(|env| {
+                let mut advantages = vec![0.0; steps];
+                let trajectory = Trajectory {
+                    rewards: &column(&self.rewards, env),
+                    values: &column(&self.values, env),
+                    terminated: &flags(&self.terminated, env),
+                    truncated: &flags(&self.truncated, env),
+                    last_values: &column(&self.last_values, env),
+                    next_value: self.next_values[env],
+                };
+                generalized_advantage(trajectory, gamma, lambda, &mut advantages);
+                advantages
+            })
+            .collect();
+        for (env, column) in columns.iter().enumerate() {
+            for (step, advantage) in column.iter().enumerate() {
+                self.advantages[step * num_envs + env] = *advantage;
+            }
+        }
+        for ((target, advantage), value) in
+            self.value_targets.iter_mut().zip(&self.advantages).zip(&self.values)
+        {
+            *target = advantage + value;
+        }
+        normalize(&mut self.advantages);
+    }
+}
+
+/// Shifts and scales to mean 0 and standard deviation 1.
+fn normalize(values: &mut [f32]) {
+    let count = values.len() as f64;
+    let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / count;
+    let square = values.iter().map(|&value| (f64::from(value) - mean).powi(2)).sum::<f64>();
+    let deviation = (square / (count - 1.0).max(1.0)).sqrt();
+    let scale = (1.0 / (deviation + 1e-8)) as f32;
+    for value in values {
+        *value = (*value - mean as f32) * scale;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normalized_numbers_have_mean_zero_and_deviation_one() {
+        let mut values = [1.0, 2.0, 3.0, 4.0];
+        normalize(&mut values);
+        assert!(values.iter().sum::<f32>().abs() < 1e-6);
+        let square: f32 = values.iter().map(|x| x * x).sum();
+        assert!((square / 3.0 - 1.0).abs() < 1e-5);
+        let mut constant = [5.0; 3];
+        normalize(&mut constant);
+        assert_eq!(constant, [0.0; 3]);
+    }
+}

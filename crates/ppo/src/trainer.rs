@@ -1,0 +1,476 @@
+//! The learner: collects a rollout, estimates advantages, takes gradient steps.
+
+use std::time::Instant;
+
+use policy::{Checkpoint, CheckpointError, Mirror, Mlp, StepBuffers, VecEnv};
+use rayon::prelude::*;
+use spatial::{Philox, Purpose};
+
+use crate::{
+    adam::Adam,
+    config::{Config, ConfigError},
+    gradient::{GradientWorkspace, MinibatchLoss, Networks, Objective},
+    loss::log_probability,
+    network::{Activations, Architecture},
+    rollout::Rollout,
+};
+
+/// Environments a thread evaluates together.
+const INFERENCE_TILE: usize = 128;
+
+/// Why training cannot begin or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainError {
+    /// A setting is out of range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The checkpoint cannot be read or is of another shape.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The environments refuse their saved state.
+    #[error("state of the environments: {0}")]
+    Environment(String),
+    /// Something is not a number any more; the weights are those before.
+    #[error("{what} is not finite in iteration {iteration}")]
+    NonFinite {
+        /// What.
+        what: &'static str,
+        /// Which iteration, from 0.
+        iteration: u64,
+    },
+    /// The environments and the settings do not fit.
+    #[error("{0}")]
+    Shape(String),
+}
+
+/// What one iteration showed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iteration {
+    /// Its number, from 0.
+    pub index: u64,
+    /// Environment steps of all iterations so far.
+    pub env_steps: u64,
+    /// Mean reward of a step.
+    pub step_reward: f64,
+    /// Mean return of the episodes that ended in this iteration; of earlier ones if none did.
+    pub episode_return: f64,
+    /// Mean length of those episodes \[steps\].
+    pub episode_length: f64,
+    /// Mean clipped surrogate.
+    pub surrogate_loss: f64,
+    /// Mean value loss.
+    pub value_loss: f64,
+    /// Mean divergence from the rollout's policy over the gradient steps.
+    pub kl: f64,
+    /// Share of samples beyond the clip range.
+    pub clip_fraction: f64,
+    /// Mean length of the gradient before limiting.
+    pub gradient_norm: f64,
+    /// Mean standard deviation of the actions.
+    pub action_std: f64,
+    /// Learning rate at the end.
+    pub learning_rate: f64,
+    /// Time in environments, in their networks, and in the update \[s\].
+    pub times_s: [f64; 3],
+    /// What the environments report.
+    pub environment: Vec<(String, f64)>,
+}
+
+/// Proximal policy optimization of a policy for the environments `E`.
+pub struct Trainer<E> {
+    config: Config,
+    seed: u64,
+    env: E,
+    networks: Networks,
+    mirror: Option<Mirror>,
+    observation_scale: Vec<f32>,
+    parameters: Vec<f32>,
+    adam: Adam,
+    learning_rate: f32,
+    iteration: u64,
+    rollout: Rollout,
+    buffers: StepBuffers,
+    inference: Vec<(Activations, Activations)>,
+    gradient: GradientWorkspace,
+    /// Return and length of each running episode, then those of the last mean over finished ones.
+    episode_returns: Vec<f32>,
+    episode_lengths: Vec<f32>,
+    finished: [f32; 2],
+}
+
+impl<E: VecEnv> Trainer<E> {
+    /// A learner with new weights, its environments reset.
+    ///
+    /// # Errors
+    /// A setting is out of range or does not fit the environments.
+    pub fn new(config: Config, seed: u64, mut env: E) -> Result<Self, TrainError> {
+        config.validate()?;
+        let (num_envs, observation_dim, action_dim) =
+            (env.num_envs(), env.observation_dim(), env.action_dim());
+        let samples = num_envs * config.steps_per_env;
+        if config.minibatches > samples {
+            return Err(TrainError::Shape(format!(
+                "minibatches is {}, must be at most the {samples} samples of an iteration",
+                config.minibatches
+            )));
+        }
+        let mirror = env.mirror().filter(|_| config.symmetry);
+        if config.symmetry && mirror.is_none() {
+            return Err(TrainError::Shape("symmetry is on, but this task has no mirror image".into()));
+        }
+        let networks = Networks {
+            actor: Architecture::new(observation_dim, &config.actor_hidden, action_dim),
+            critic: Architecture::new(observation_dim, &config.critic_hidden, 1),
+            actions: action_dim,
+        };
+        let mut parameters = vec![config.initial_std.ln(); networks.num_parameters()];
+        let actor = networks.actor.num_parameters();
+        networks.actor.initialize(seed, 0, &mut parameters[..actor]);
+        networks.critic.initialize(seed, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
+        let mut buffers = StepBuffers::new(num_envs, observation_dim);
+        env.reset(&mut buffers.observations);
+        let tiles = num_envs.div_ceil(INFERENCE_TILE);
+        let tile = (networks.actor.activations(INFERENCE_TILE), networks.critic.activations(INFERENCE_TILE));
+        let mut trainer = Self {
+            rollout: Rollout::new(num_envs, config.steps_per_env, observation_dim, action_dim),
+            adam: Adam::new(parameters.len()),
+            gradient: GradientWorkspace::new(&networks),
+            learning_rate: config.learning_rate,
+            observation_scale: env.observation_scale(),
+            inference: vec![tile; tiles],
+            episode_returns: vec![0.0; num_envs],
+            episode_lengths: vec![0.0; num_envs],
+            finished: [0.0; 2],
+            iteration: 0,
+            seed,
+            config,
+            env,
+            networks,
+            mirror,
+            parameters,
+            buffers,
+        };
+        trainer.store_observations(0);
+        Ok(trainer)
+    }
+
+    /// The environments.
+    pub fn env(&self) -> &E {
+        &self.env
+    }
+
+    /// The environments.
+    pub fn env_mut(&mut self) -> &mut E {
+        &mut self.env
+    }
+
+    /// Iterations made so far.
+    pub fn iteration(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Environment steps of one iteration.
+    pub fn steps_per_iteration(&self) -> u64 {
+        self.rollout.samples() as u64
+    }
+
+    /// The mean policy, taking raw observations.
+    pub fn policy(&self) -> Mlp {
+        let (actor, _, _) = self.networks.split(&self.parameters);
+        self.networks.actor.to_mlp(actor, &self.observation_scale)
+    }
+
+    /// One rollout and its update.
+    ///
+    /// # Errors
+    /// Something is not finite any more.
+    pub fn iterate(&mut self) -> Result<Iteration, TrainError> {
+        let start = Instant::now();
+        let inference_s = self.collect()?;
+        let collected_s = start.elapsed().as_secs_f64();
+        self.rollout.estimate_advantages(self.config.gamma, self.config.lambda);
+        let start = Instant::now();
+        let losses = self.update()?;
+        let update_s = start.elapsed().as_secs_f64();
+        let index = self.iteration;
+        self.iteration += 1;
+        self.rollout.start_over();
+
+        let mean =
+            |of: &dyn Fn(&MinibatchLoss) -> f64| losses.iter().map(of).sum::<f64>() / losses.len() as f64;
+        let (_, _, log_std) = self.networks.split(&self.parameters);
+        let samples = self.rollout.samples() as f64;
+        Ok(Iteration {
+            index,
+            env_steps: self.iteration * self.steps_per_iteration(),
+            step_reward: self.rollout.rewards.iter().map(|&r| f64::from(r)).sum::<f64>() / samples,
+            episode_return: f64::from(self.finished[0]),
+            episode_length: f64::from(self.finished[1]),
+            surrogate_loss: mean(&|loss| loss.surrogate),
+            value_loss: mean(&|loss| loss.value),
+            kl: mean(&|loss| loss.kl),
+            clip_fraction: mean(&|loss| loss.clipped),
+            gradient_norm: mean(&|loss| loss.gradient_norm),
+            action_std: log_std.iter().map(|s| f64::from(s.exp())).sum::<f64>() / log_std.len() as f64,
+            learning_rate: f64::from(self.learning_rate),
+            times_s: [collected_s - inference_s, inference_s, update_s],
+            environment: self.env.drain_metrics(),
+        })
+    }
+
+    /// Steps all environments; returns the time spent in the networks \[s\].
+    fn collect(&mut self) -> Result<f64, TrainError> {
+        let mut inference_s = 0.0;
+        let mut ended = [0.0_f64; 3];
+        for step in 0..self.config.steps_per_env {
+            let start = Instant::now();
+            self.act(step);
+            inference_s += start.elapsed().as_secs_f64();
+            let range = self.rollout.step(step);
+            let width = self.rollout.action_dim;
+            let actions = &self.rollout.actions[range.start * width..range.end * width];
+            self.env.step(actions, &mut self.buffers);
+            if !self.buffers.rewards.iter().all(|reward| reward.is_finite()) {
+                return Err(self.non_finite("a reward"));
+            }
+            if !self.buffers.observations.iter().all(|value| value.is_finite()) {
+                return Err(self.non_finite("an observation"));
+            }
+            self.rollout.rewards[range.clone()].copy_from_slice(&self.buffers.rewards);
+            self.rollout.terminated[range.clone()].copy_from_slice(&self.buffers.terminated);
+            self.rollout.truncated[range].copy_from_slice(&self.buffers.truncated);
+            self.count_episodes(&mut ended);
+            self.value_truncated(step);
+            self.store_observations(step + 1);
+        }
+        let steps = self.config.steps_per_env;
+        let next: Vec<f32> = self.evaluate_critic(steps);
+        self.rollout.next_values.copy_from_slice(&next);
+        if ended[2] > 0.0 {
+            self.finished = [(ended[0] / ended[2]) as f32, (ended[1] / ended[2]) as f32];
+        }
+        Ok(inference_s)
+    }
+
+    fn non_finite(&self, what: &'static str) -> TrainError {
+        TrainError::NonFinite { what, iteration: self.iteration }
+    }
+
+    /// Scales the environments' observations into the rollout.
+    fn store_observations(&mut self, step: usize) {
+        let scale = &self.observation_scale;
+        let raw = &self.buffers.observations;
+        let width = scale.len();
+        let stored = self.rollout.observations_at(step);
+        stored.par_chunks_mut(width).zip(raw.par_chunks(width)).for_each(|(stored, raw)| {
+            for ((stored, raw), scale) in stored.iter_mut().zip(raw).zip(scale) {
+                *stored = raw * scale;
+            }
+        });
+    }
+
+    /// Evaluates both networks on the observations of a step and draws actions.
+    fn act(&mut self, step: usize) {
+        let (actor, critic, log_std) = self.networks.split(&self.parameters);
+        let networks = &self.networks;
+        let range = self.rollout.step(step);
+        let rollout = &mut self.rollout;
+        let (width, actions) = (rollout.observation_dim, rollout.action_dim);
+        let observations = &rollout.observations[range.start * width..range.end * width];
+        let (seed, iteration) = (self.seed, self.iteration as u32);
+        self.inference
+            .par_iter_mut()
+            .zip(observations.par_chunks(INFERENCE_TILE * width))
+            .zip(rollout.means[range.start * actions..].par_chunks_mut(INFERENCE_TILE * actions))
+            .zip(rollout.actions[range.start * actions..].par_chunks_mut(INFERENCE_TILE * actions))
+            .zip(rollout.values[range.clone()].par_chunks_mut(INFERENCE_TILE))
+            .zip(rollout.log_probabilities[range].par_chunks_mut(INFERENCE_TILE))
+            .enumerate()
+            .for_each(|(tile, (((((scratch, input), means), drawn), values), log_probabilities))| {
+                let rows = values.len();
+                for activations in [&mut scratch.0, &mut scratch.1] {
+                    activations.values[0][..input.len()].copy_from_slice(input);
+                }
+                networks.actor.forward(actor, rows, &mut scratch.0);
+                networks.critic.forward(critic, rows, &mut scratch.1);
+                let output = scratch.0.values.last().expect("a network has an output");
+                means[..rows * actions].copy_from_slice(&output[..rows * actions]);
+                let output = scratch.1.values.last().expect("a network has an output");
+                values.copy_from_slice(&output[..rows]);
+                for row in 0..rows {
+                    let env = tile * INFERENCE_TILE + row;
+                    let mut random = Philox::new(seed, env, iteration, step as u32, Purpose::Action);
+                    let mean = &means[row * actions..][..actions];
+                    let action = &mut drawn[row * actions..][..actions];
+                    for ((action, mean), log_std) in action.iter_mut().zip(mean).zip(log_std) {
+                        *action = mean + log_std.exp() * random.normal();
+                    }
+                    log_probabilities[row] = log_probability(action, mean, log_std);
+                }
+            });
+    }
+
+    /// Values of the observations before a step (or after the last).
+    fn evaluate_critic(&mut self, step: usize) -> Vec<f32> {
+        let observations = self.rollout.observations_at(step).to_vec();
+        self.values_of(&observations)
+    }
+
+    /// Values of scaled observations.
+    fn values_of(&mut self, observations: &[f32]) -> Vec<f32> {
+        let (_, critic, _) = self.networks.split(&self.parameters);
+        let width = self.rollout.observation_dim;
+        let networks = &self.networks;
+        let mut values = vec![0.0; observations.len() / width];
+        self.inference
+            .par_iter_mut()
+            .zip(observations.par_chunks(INFERENCE_TILE * width))
+            .zip(values.par_chunks_mut(INFERENCE_TILE))
+            .for_each(|((scratch, input), values)| {
+                scratch.1.values[0][..input.len()].copy_from_slice(input);
+                networks.critic.forward(critic, values.len(), &mut scratch.1);
+                let output = scratch.1.values.last().expect("a network has an output");
+                values.copy_from_slice(&output[..values.len()]);
+            });
+        values
+    }
+
+    /// Values the true last states of episodes that were cut short.
+    fn value_truncated(&mut self, step: usize) {
+        let width = self.rollout.observation_dim;
+        let cut: Vec<usize> = (0..self.rollout.num_envs).filter(|&env| self.buffers.truncated[env]).collect();
+        if cut.is_empty() {
+            return;
+        }
+        let mut observations = Vec::with_capacity(cut.len() * width);
+        for &env in &cut {
+            let row = &self.buffers.last_observations[env * width..][..width];
+            observations.extend(row.iter().zip(&self.observation_scale).map(|(raw, scale)| raw * scale));
+        }
+        let start = self.rollout.step(step).start;
+        for (env, value) in cut.into_iter().zip(self.values_of(&observations)) {
+            self.rollout.last_values[start + env] = value;
+        }
+    }
+
+    /// Adds returns, lengths and number of the episodes that ended in this step to `ended`.
+    fn count_episodes(&mut self, ended: &mut [f64; 3]) {
+        for env in 0..self.rollout.num_envs {
+            self.episode_returns[env] += self.buffers.rewards[env];
+            self.episode_lengths[env] += 1.0;
+            if self.buffers.terminated[env] || self.buffers.truncated[env] {
+                ended[0] += f64::from(std::mem::take(&mut self.episode_returns[env]));
+                ended[1] += f64::from(std::mem::take(&mut self.episode_lengths[env]));
+                ended[2] += 1.0;
+            }
+        }
+    }
+
+    /// Takes the gradient steps of an iteration.
+    fn update(&mut self) -> Result<Vec<MinibatchLoss>, TrainError> {
+        let samples = self.rollout.samples();
+        let old_log_std = self.networks.split(&self.parameters).2.to_vec();
+        let mut losses = Vec::with_capacity(self.config.epochs * self.config.minibatches);
+        for epoch in 0..self.config.epochs {
+            let order = self.shuffled(samples, epoch);
+            // Whole minibatches; what is left over is another sample each time.
+            for rows in order.chunks_exact(samples / self.config.minibatches).take(self.config.minibatches) {
+                let objective = Objective {
+                    config: &self.config,
+                    networks: &self.networks,
+                    parameters: &self.parameters,
+                    old_log_std: &old_log_std,
+                    mirror: self.mirror.as_ref(),
+                };
+                let loss = self.gradient.compute(objective, &self.rollout, rows);
+                if !(loss.surrogate + loss.value).is_finite() {
+                    return Err(self.non_finite("the loss"));
+                }
+                if !loss.gradient_norm.is_finite() {
+                    return Err(self.non_finite("the gradient"));
+                }
+                self.adapt_learning_rate(loss.kl);
+                let scale = (f64::from(self.config.max_gradient_norm) / loss.gradient_norm).min(1.0) as f32;
+                self.adam.step(&mut self.parameters, &self.gradient.gradient, scale, self.learning_rate);
+                losses.push(loss);
+            }
+        }
+        Ok(losses)
+    }
+
+    /// Slower when the policy moves too far from the rollout's, faster when it hardly moves (rsl_rl's rule).
+    fn adapt_learning_rate(&mut self, kl: f64) {
+        let desired = f64::from(self.config.desired_kl);
+        let [low, high] = self.config.learning_rate_range;
+        if kl > 2.0 * desired && desired > 0.0 {
+            self.learning_rate = (self.learning_rate / 1.5).max(low);
+        } else if kl > 0.0 && kl < 0.5 * desired {
+            self.learning_rate = (self.learning_rate * 1.5).min(high);
+        }
+    }
+
+    /// A random order of the samples (Fisher and Yates).
+    fn shuffled(&self, samples: usize, epoch: usize) -> Vec<u32> {
+        let mut random = Philox::new(self.seed, epoch, self.iteration as u32, 0, Purpose::Shuffle);
+        let mut order: Vec<u32> = (0..samples as u32).collect();
+        for i in (1..samples).rev() {
+            order.swap(i, random.below(i as u32 + 1) as usize);
+        }
+        order
+    }
+
+    /// Everything a resumed run needs to give the same bits as one never stopped.
+    pub fn checkpoint(&self) -> Checkpoint {
+        let mut checkpoint = Checkpoint::default();
+        checkpoint.insert("parameters", &self.parameters);
+        checkpoint.insert("adam/first_moment", &self.adam.first_moment);
+        checkpoint.insert("adam/second_moment", &self.adam.second_moment);
+        let row = self.rollout.num_envs * self.rollout.observation_dim;
+        checkpoint.insert("observations", &self.rollout.observations[..row]);
+        checkpoint.insert("episode_returns", &self.episode_returns);
+        checkpoint.insert("episode_lengths", &self.episode_lengths);
+        checkpoint.insert("finished", &self.finished);
+        checkpoint.insert("learning_rate", &[self.learning_rate]);
+        let mut state = Vec::new();
+        self.env.save_state(&mut state);
+        checkpoint.bytes.insert("environment".into(), state);
+        checkpoint.header.insert("iteration".into(), self.iteration.to_string());
+        checkpoint.header.insert("adam_steps".into(), self.adam.steps.to_string());
+        checkpoint.header.insert("seed".into(), self.seed.to_string());
+        checkpoint
+    }
+
+    /// Goes on where [`Trainer::checkpoint`] was taken.
+    ///
+    /// # Errors
+    /// The checkpoint is of other networks, environments or another seed; then nothing of this learner is of use.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        let seed: u64 = checkpoint.number("seed")?;
+        if seed != self.seed {
+            return Err(TrainError::Shape(format!("the checkpoint's seed is {seed}, must be {}", self.seed)));
+        }
+        self.warm_start(checkpoint)?;
+        let row = self.rollout.num_envs * self.rollout.observation_dim;
+        checkpoint.read_into("observations", &mut self.rollout.observations[..row])?;
+        checkpoint.read_into("episode_returns", &mut self.episode_returns)?;
+        checkpoint.read_into("episode_lengths", &mut self.episode_lengths)?;
+        checkpoint.read_into("finished", &mut self.finished)?;
+        self.iteration = checkpoint.number("iteration")?;
+        self.env.load_state(checkpoint.state("environment")?).map_err(TrainError::Environment)
+    }
+
+    /// Takes weights, optimizer and learning rate from another run of the same networks; the environments stay.
+    ///
+    /// # Errors
+    /// The checkpoint is of other networks.
+    pub fn warm_start(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        checkpoint.read_into("parameters", &mut self.parameters)?;
+        checkpoint.read_into("adam/first_moment", &mut self.adam.first_moment)?;
+        checkpoint.read_into("adam/second_moment", &mut self.adam.second_moment)?;
+        let mut rate = [0.0];
+        checkpoint.read_into("learning_rate", &mut rate)?;
+        self.learning_rate = rate[0];
+        self.adam.steps = checkpoint.number("adam_steps")?;
+        Ok(())
+    }
+}
