@@ -1,1 +1,4 @@
 //! The locomotion and guidance environments.
+
+pub mod archive;
+pub mod simulation;
