@@ -1,0 +1,97 @@
+//! Settings of the locomotion task.
+
+use physics::Config as PhysicsConfig;
+use serde::{Deserialize, Serialize};
+
+use super::{CommandConfig, DisturbanceConfig, RewardConfig};
+use crate::simulation::{Randomization, ResetSpread};
+
+/// The ground robots learn on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Terrain {
+    /// Level ground.
+    Flat,
+    /// Stairs, boxes, roughness and slopes on ten levels, with the curriculum.
+    Rough,
+}
+
+/// Settings of the locomotion task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LocomotionConfig {
+    /// The ground.
+    pub terrain: Terrain,
+    /// Highest level robots begin on, 0 to 9. Source: Isaac Lab, 5.
+    pub max_initial_level: usize,
+    /// Length of an episode \[s\]. Source: Isaac Lab.
+    pub episode_s: f32,
+    /// Scale of the sensors' errors; 1 is Isaac Lab's.
+    pub observation_noise: f32,
+    /// Proportional gain of the joint servos \[N m/rad\]. Source: design section 4.
+    pub stiffness: f64,
+    /// Derivative gain of the joint servos \[N m s/rad\]. Source: design section 4.
+    pub damping: f64,
+    /// Velocity commands.
+    pub command: CommandConfig,
+    /// Disturbances.
+    pub disturbance: DisturbanceConfig,
+    /// Rewards.
+    pub reward: RewardConfig,
+    /// Differences between robots.
+    pub randomization: Randomization,
+    /// First states of episodes.
+    pub reset: ResetSpread,
+}
+
+impl Default for LocomotionConfig {
+    fn default() -> Self {
+        let actuator = PhysicsConfig::default().actuator;
+        Self {
+            terrain: Terrain::Rough,
+            max_initial_level: 5,
+            episode_s: 20.0,
+            observation_noise: 1.0,
+            stiffness: actuator.stiffness,
+            damping: actuator.damping,
+            command: CommandConfig::default(),
+            disturbance: DisturbanceConfig::default(),
+            reward: RewardConfig::default(),
+            randomization: Randomization::default(),
+            reset: ResetSpread::default(),
+        }
+    }
+}
+
+impl LocomotionConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// Names the first one out of range, with what is allowed.
+    pub fn validate(&self) -> Result<(), String> {
+        let within = |name: &str, value: f64, low: f64, high: f64| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(format!("{name} is {value}, must be from {low} to {high}"))
+            }
+        };
+        within("max_initial_level", self.max_initial_level as f64, 0.0, 9.0)?;
+        within("episode_s", f64::from(self.episode_s), 0.1, 1000.0)?;
+        within("observation_noise", f64::from(self.observation_noise), 0.0, 10.0)?;
+        within("stiffness", self.stiffness, 1.0, 1000.0)?;
+        within("damping", self.damping, 0.0, 100.0)?;
+        self.command.validate()?;
+        self.disturbance.validate()?;
+        self.reward.validate()?;
+        self.randomization.validate()
+    }
+
+    /// Settings of the physics with these gains.
+    pub fn physics(&self) -> PhysicsConfig {
+        let mut config = PhysicsConfig::default();
+        config.actuator.stiffness = self.stiffness;
+        config.actuator.damping = self.damping;
+        config
+    }
+}

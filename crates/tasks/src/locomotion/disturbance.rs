@@ -1,0 +1,146 @@
+//! Forces that push the robot while it learns to walk: at its base, and at the hand behind it.
+
+use serde::{Deserialize, Serialize};
+use spatial::Philox;
+
+/// How disturbances are drawn.
+///
+/// Ranges: design section 5. A hand 1.2 m behind the base turns the robot against the pull, and no policy trained without
+/// such forces withstood them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DisturbanceConfig {
+    /// Strength of all disturbances, 0 to 1.
+    pub strength: f32,
+    /// Control steps over which the strength grows from 0.
+    pub ramp_steps: u32,
+    /// Force on the base along each axis, ± \[N\].
+    pub base_force_n: f32,
+    /// Force at the hand along x, from and to \[N\].
+    pub hand_force_x_n: [f32; 2],
+    /// Force at the hand along y, ± \[N\].
+    pub hand_force_y_n: f32,
+    /// Force at the hand along z, ± \[N\].
+    pub hand_force_z_n: f32,
+    /// Share of disturbances on the base.
+    pub base_share: f32,
+    /// Share of disturbances at the hand; what is left over is rest.
+    pub hand_share: f32,
+    /// How long a force lasts \[s\].
+    pub duration_s: [f32; 2],
+    /// Time from one beginning to the next \[s\].
+    pub period_s: [f32; 2],
+}
+
+impl Default for DisturbanceConfig {
+    fn default() -> Self {
+        Self {
+            strength: 1.0,
+            ramp_steps: 0,
+            base_force_n: 100.0,
+            hand_force_x_n: [-100.0, 60.0],
+            hand_force_y_n: 60.0,
+            hand_force_z_n: 40.0,
+            base_share: 0.2,
+            hand_share: 0.55,
+            duration_s: [0.25, 5.0],
+            period_s: [3.0, 8.0],
+        }
+    }
+}
+
+/// A force and how long it lasts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbance {
+    /// On the base, heading frame \[N\].
+    pub base_force: [f32; 3],
+    /// At the hand, heading frame \[N\].
+    pub hand_force: [f32; 3],
+    /// How long \[s\].
+    pub duration_s: f32,
+    /// When the next begins \[s\].
+    pub period_s: f32,
+}
+
+impl DisturbanceConfig {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// Names the first one out of range.
+    pub fn validate(&self) -> Result<(), String> {
+        let within = [
+            ("strength", self.strength, 1.0),
+            ("base_force_n", self.base_force_n, 1000.0),
+            ("hand_force_y_n", self.hand_force_y_n, 1000.0),
+            ("hand_force_z_n", self.hand_force_z_n, 1000.0),
+            ("base_share", self.base_share, 1.0),
+            ("hand_share", self.hand_share, 1.0 - self.base_share),
+        ];
+        for (name, value, most) in within {
+            if !(0.0..=most).contains(&value) {
+                return Err(format!("disturbance.{name} is {value}, must be from 0 to {most}"));
+            }
+        }
+        let ranges = [
+            ("hand_force_x_n", self.hand_force_x_n, -1000.0),
+            ("duration_s", self.duration_s, 0.02),
+            ("period_s", self.period_s, 0.02),
+        ];
+        for (name, [low, high], least) in ranges {
+            if !(low >= least && high >= low && high <= 1000.0) {
+                return Err(format!(
+                    "disturbance.{name} is [{low}, {high}], must be an ordered range within [{least}, 1000]"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws a force; `progress` from 0 to 1 scales it.
+    pub fn draw(&self, progress: f32, random: &mut Philox) -> Disturbance {
+        let strength = self.strength * progress;
+        let kind = random.uniform01();
+        let mut draw = |[low, high]: [f32; 2]| random.uniform(low, high);
+        let symmetric = |width: f32| [-width, width];
+        let base = [0; 3].map(|_| strength * draw(symmetric(self.base_force_n)));
+        let hand = [self.hand_force_x_n, symmetric(self.hand_force_y_n), symmetric(self.hand_force_z_n)]
+            .map(|range| strength * draw(range));
+        let (duration_s, period_s) = (draw(self.duration_s), draw(self.period_s));
+        let on_base = kind < self.base_share;
+        let at_hand = !on_base && kind < self.base_share + self.hand_share;
+        Disturbance {
+            base_force: if on_base { base } else { [0.0; 3] },
+            hand_force: if at_hand { hand } else { [0.0; 3] },
+            duration_s,
+            period_s,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use spatial::Purpose;
+
+    use super::*;
+
+    #[test]
+    fn forces_stay_in_their_ranges_and_shares() {
+        let config = DisturbanceConfig::default();
+        let mut random = Philox::new(1, 0, 0, 0, Purpose::Disturbance);
+        let drawn: Vec<_> = (0..10_000).map(|_| config.draw(1.0, &mut random)).collect();
+        let share = |test: &dyn Fn(&Disturbance) -> bool| {
+            drawn.iter().filter(|d| test(d)).count() as f32 / drawn.len() as f32
+        };
+        assert!((share(&|d| d.base_force != [0.0; 3]) - 0.2).abs() < 0.02);
+        assert!((share(&|d| d.hand_force != [0.0; 3]) - 0.55).abs() < 0.02);
+        for d in &drawn {
+            let [x, y, z] = d.hand_force;
+            assert!((-100.0..=60.0).contains(&x) && y.abs() <= 60.0 && z.abs() <= 40.0);
+            assert!(d.base_force.iter().all(|f| f.abs() <= 100.0));
+            assert!((0.25..=5.0).contains(&d.duration_s) && (3.0..=8.0).contains(&d.period_s));
+        }
+        assert!(share(&|d| d.hand_force[1] > 50.0) > 0.03);
+        let halved = config.draw(0.5, &mut Philox::new(1, 0, 0, 0, Purpose::Disturbance));
+        assert!(halved.hand_force[0].abs() <= 50.0);
+    }
+}

@@ -1,0 +1,395 @@
+//! Many robots learning to walk.
+
+use policy::{Mirror, StepBuffers, VecEnv, layout};
+use rayon::prelude::*;
+use spatial::{Philox, Purpose};
+use terrain::{GridConfig, TerrainGrid, next_level};
+
+use super::{LocomotionConfig, Terrain, metrics::Metrics, reward::StepQuantities, robot_task::RobotTask};
+use crate::{
+    archive::{Archive, Archived, Reader, Writer},
+    simulation::{ACTION_SCALE, CONTACT_THRESHOLD_N, CONTROL_PERIOD_S, GROUP, Group, Simulation},
+};
+
+const OBSERVATION: usize = layout::LOCOMOTION_OBSERVATION;
+/// Version of the saved state.
+const STATE_VERSION: u32 = 1;
+
+/// The locomotion task for a number of robots.
+pub struct LocomotionEnv {
+    config: LocomotionConfig,
+    seed: u64,
+    simulation: Simulation,
+    grid: TerrainGrid,
+    groups: Vec<TaskGroup>,
+    /// Control steps of every environment since the beginning.
+    total_steps: u32,
+}
+
+/// Sixteen robots and their episodes.
+#[derive(Clone)]
+struct TaskGroup {
+    first_env: usize,
+    group: Group,
+    robots: Vec<RobotTask>,
+    metrics: Metrics,
+}
+
+/// What the groups need of the environment while they step side by side.
+struct Shared<'a> {
+    config: &'a LocomotionConfig,
+    seed: u64,
+    simulation: &'a Simulation,
+    grid: &'a TerrainGrid,
+    /// Growth of the disturbances, 0 to 1.
+    progress: f32,
+    episode_steps: u32,
+}
+
+impl LocomotionEnv {
+    /// `num_envs` robots, a multiple of sixteen.
+    ///
+    /// # Errors
+    /// Names the value that is out of range, and what is allowed.
+    pub fn new(config: LocomotionConfig, num_envs: usize, seed: u64) -> Result<Self, String> {
+        config.validate()?;
+        let grid = match config.terrain {
+            Terrain::Flat => TerrainGrid::flat(),
+            Terrain::Rough => TerrainGrid::new(&GridConfig { seed, ..GridConfig::default() })
+                .map_err(|error| error.to_string())?,
+        };
+        let simulation = Simulation::new(grid.field.clone(), config.physics());
+        let groups = simulation.groups(num_envs, &config.randomization, seed)?;
+        let with_task = |(index, group): (usize, Group)| {
+            let first_env = index * GROUP;
+            let robot = |lane: usize| {
+                let env = first_env + lane;
+                let mut random = Philox::new(seed, env, 0, 1, Purpose::Environment);
+                let levels = grid.levels().min(config.max_initial_level + 1);
+                RobotTask {
+                    level: random.below(levels as u32) as usize,
+                    column: grid.column_of_env(env, num_envs),
+                    ..RobotTask::default()
+                }
+            };
+            TaskGroup {
+                first_env,
+                group,
+                robots: (0..GROUP).map(robot).collect(),
+                metrics: Metrics::default(),
+            }
+        };
+        let groups = groups.into_iter().enumerate().map(with_task).collect();
+        Ok(Self { config, seed, simulation, grid, groups, total_steps: 0 })
+    }
+
+    fn split(&mut self) -> (Shared<'_>, &mut [TaskGroup]) {
+        let ramp = self.config.disturbance.ramp_steps;
+        let shared = Shared {
+            config: &self.config,
+            seed: self.seed,
+            simulation: &self.simulation,
+            grid: &self.grid,
+            progress: if ramp == 0 { 1.0 } else { (self.total_steps as f32 / ramp as f32).min(1.0) },
+            episode_steps: steps(self.config.episode_s),
+        };
+        (shared, &mut self.groups)
+    }
+
+    /// Mean level of the robots' ground.
+    pub fn mean_level(&self) -> f64 {
+        let levels = self.groups.iter().flat_map(|group| &group.robots).map(|robot| robot.level as f64);
+        levels.sum::<f64>() / self.num_envs() as f64
+    }
+}
+
+/// Control steps in a time \[s\], at least one.
+fn steps(time_s: f32) -> u32 {
+    ((time_s / CONTROL_PERIOD_S).round() as u32).max(1)
+}
+
+impl TaskGroup {
+    fn random(&self, shared: &Shared<'_>, lane: usize, purpose: Purpose) -> Philox {
+        let robot = &self.robots[lane];
+        Philox::new(shared.seed, self.first_env + lane, robot.episode, robot.step, purpose)
+    }
+
+    /// Begins a new episode.
+    fn reset(&mut self, shared: &Shared<'_>, lane: usize) {
+        self.robots[lane].episode += 1;
+        self.robots[lane].step = 0;
+        let mut random = self.random(shared, lane, Purpose::Reset);
+        let robot = &mut self.robots[lane];
+        robot.head_start = if robot.episode == 1 { random.below(shared.episode_steps) } else { 0 };
+        robot.next_command = 0;
+        robot.force_end = 0;
+        robot.next_force = 0;
+        robot.previous_action = [0.0; 12];
+        let spawn = shared.grid.spawn(robot.level, robot.column);
+        shared.simulation.reset(&mut self.group, lane, spawn, &shared.config.reset, &mut random);
+        let [x, y, _] = self.group.base_motion(lane).position;
+        self.robots[lane].start = [x, y];
+        self.draw_command_and_force(shared, lane);
+    }
+
+    /// Draws what is due at this step.
+    fn draw_command_and_force(&mut self, shared: &Shared<'_>, lane: usize) {
+        let step = self.robots[lane].step;
+        if step >= self.robots[lane].next_command {
+            let mut random = self.random(shared, lane, Purpose::Command);
+            let config = &shared.config.command;
+            let robot = &mut self.robots[lane];
+            robot.command = config.draw(&mut random);
+            let [short, long] = config.period_s;
+            robot.next_command = step + steps(random.uniform(short, long));
+        }
+        let input = &mut self.group.block.input;
+        if step >= self.robots[lane].next_force {
+            let mut random = self.random(shared, lane, Purpose::Disturbance);
+            let drawn = shared.config.disturbance.draw(shared.progress, &mut random);
+            let input = &mut self.group.block.input;
+            input.base_force.set(lane, drawn.base_force.map(f64::from));
+            input.hand_force.set(lane, drawn.hand_force.map(f64::from));
+            let robot = &mut self.robots[lane];
+            robot.force_end = step + steps(drawn.duration_s);
+            robot.next_force = step + steps(drawn.period_s);
+        } else if step >= self.robots[lane].force_end {
+            input.base_force.set(lane, [0.0; 3]);
+            input.hand_force.set(lane, [0.0; 3]);
+        }
+    }
+
+    fn observe(&self, shared: &Shared<'_>, lane: usize, out: &mut [f32]) {
+        let mut random = self.random(shared, lane, Purpose::Observation);
+        let noise = shared.config.observation_noise;
+        shared.simulation.sense(&self.group, lane, noise, &mut random, layout::LOCOMOTION_SCAN, out);
+        out[layout::VELOCITY_COMMAND.range()].copy_from_slice(&self.robots[lane].command);
+        out[layout::PREVIOUS_ACTION.range()].copy_from_slice(&self.robots[lane].previous_action);
+    }
+
+    /// One control step of all robots; rows of `out` are theirs.
+    fn step(&mut self, shared: &Shared<'_>, actions: &[f32], out: GroupBuffers<'_>) {
+        shared.simulation.control_step(&mut self.group, actions);
+        for lane in 0..GROUP {
+            let action: &[f32; 12] = actions[12 * lane..][..12].try_into().expect("twelve joints");
+            self.robots[lane].step += 1;
+            let sound = self.group.is_sound(lane);
+            let fell = !sound || self.group.has_fallen(lane);
+            // A robot whose state is no longer numbers is reset and counted; it neither earns nor teaches.
+            out.rewards[lane] = if sound { self.reward(shared, lane, action, fell) } else { 0.0 };
+            self.robots[lane].previous_action = *action;
+            let robot = &self.robots[lane];
+            let out_of_time = robot.step + robot.head_start >= shared.episode_steps;
+            out.terminated[lane] = fell;
+            out.truncated[lane] = out_of_time && !fell;
+            let row = lane * OBSERVATION..(lane + 1) * OBSERVATION;
+            self.metrics.steps += 1.0;
+            self.metrics.broken += f64::from(u8::from(!sound));
+            if fell || out_of_time {
+                self.metrics.falls += f64::from(u8::from(fell));
+                if sound {
+                    self.observe(shared, lane, &mut out.last_observations[row.clone()]);
+                } else {
+                    out.last_observations[row.clone()].fill(0.0);
+                }
+                self.change_level(shared, lane, sound);
+                self.reset(shared, lane);
+            } else {
+                self.draw_command_and_force(shared, lane);
+            }
+            self.observe(shared, lane, &mut out.observations[row]);
+        }
+    }
+
+    /// The terrain curriculum's rule at the end of an episode.
+    fn change_level(&mut self, shared: &Shared<'_>, lane: usize, sound: bool) {
+        if shared.config.terrain == Terrain::Flat || !sound {
+            return;
+        }
+        let [x, y, _] = self.group.base_motion(lane).position;
+        let mut random = self.random(shared, lane, Purpose::Terrain);
+        let robot = &mut self.robots[lane];
+        let distance = (x - robot.start[0]).hypot(y - robot.start[1]);
+        let speed = robot.command[0].hypot(robot.command[1]);
+        // An episode with a head start had less time to walk.
+        let time = robot.step as f32 * CONTROL_PERIOD_S;
+        let levels = shared.grid.levels();
+        robot.level = next_level(
+            robot.level,
+            f64::from(distance),
+            f64::from(speed),
+            f64::from(time),
+            levels,
+            &mut random,
+        );
+    }
+
+    fn reward(&mut self, shared: &Shared<'_>, lane: usize, action: &[f32; 12], fell: bool) -> f32 {
+        let Group { block, contacts, previous_joint_velocity } = &self.group;
+        let number = |lanes: &spatial::f32x16| lanes.as_array()[lane];
+        let position: [f32; 12] = std::array::from_fn(|j| number(&block.state.joint_position[j]));
+        let default = &shared.simulation.default_joint_position;
+        let acceleration = std::array::from_fn(|j| {
+            (number(&block.state.joint_velocity[j]) - number(&previous_joint_velocity[j])) / CONTROL_PERIOD_S
+        });
+        let hand_touches = contacts.hand_force[lane] > CONTACT_THRESHOLD_N;
+        let quantities = StepQuantities {
+            motion: self.group.base_motion(lane),
+            command: self.robots[lane].command,
+            joint_offset: &std::array::from_fn(|j| position[j] - default[j]),
+            joint_acceleration: &acceleration,
+            joint_torque: &std::array::from_fn(|j| number(&block.output.joint_torque[j])),
+            joint_excess: joint_excess(shared.simulation, &position),
+            action,
+            previous_action: &self.robots[lane].previous_action,
+            touchdown: std::array::from_fn(|foot| contacts.touchdown[foot][lane]),
+            undesired_contacts: contacts.legs_touching[lane] + f32::from(u8::from(hand_touches)),
+        };
+        let terms = shared.config.reward.terms(&quantities, CONTROL_PERIOD_S);
+        self.metrics.add(&quantities, &terms);
+        shared.config.reward.total(&terms, fell)
+    }
+}
+
+/// Radians beyond 95 % of the joints' ranges, summed.
+fn joint_excess(simulation: &Simulation, position: &[f32; 12]) -> f32 {
+    let excess = |(joint, &q): (&robot::Joint, &f32)| {
+        let (lower, upper) = joint.position_limits;
+        let (center, half) = (0.5 * (lower + upper), 0.475 * (upper - lower));
+        ((f64::from(q) - center).abs() - half).max(0.0) as f32
+    };
+    simulation.robot().joints.iter().zip(position).map(excess).sum()
+}
+
+/// The rows of one group in the step's buffers.
+struct GroupBuffers<'a> {
+    observations: &'a mut [f32],
+    rewards: &'a mut [f32],
+    terminated: &'a mut [bool],
+    truncated: &'a mut [bool],
+    last_observations: &'a mut [f32],
+}
+
+impl VecEnv for LocomotionEnv {
+    fn num_envs(&self) -> usize {
+        self.groups.len() * GROUP
+    }
+
+    fn observation_dim(&self) -> usize {
+        OBSERVATION
+    }
+
+    fn action_dim(&self) -> usize {
+        layout::JOINTS
+    }
+
+    /// legged_gym's factors, which learned where raw observations did not.
+    fn observation_scale(&self) -> Vec<f32> {
+        let mut scale = vec![1.0; OBSERVATION];
+        scale[layout::BASE_LINEAR_VELOCITY.range()].fill(2.0);
+        scale[layout::BASE_ANGULAR_VELOCITY.range()].fill(0.25);
+        scale[layout::VELOCITY_COMMAND.range()].copy_from_slice(&[2.0, 2.0, 0.25]);
+        scale[layout::JOINT_VELOCITY.range()].fill(0.05);
+        scale[layout::LOCOMOTION_SCAN.range()].fill(5.0);
+        scale
+    }
+
+    fn mirror(&self) -> Option<Mirror> {
+        Some(layout::locomotion_mirror())
+    }
+
+    fn reset(&mut self, observations: &mut [f32]) {
+        let (shared, groups) = self.split();
+        groups.par_iter_mut().zip(observations.par_chunks_mut(GROUP * OBSERVATION)).for_each(
+            |(group, rows)| {
+                for (lane, row) in rows.chunks_exact_mut(OBSERVATION).enumerate() {
+                    group.reset(&shared, lane);
+                    group.observe(&shared, lane, row);
+                }
+            },
+        );
+    }
+
+    fn step(&mut self, actions: &[f32], out: &mut StepBuffers) {
+        self.total_steps = self.total_steps.saturating_add(1);
+        let (shared, groups) = self.split();
+        groups
+            .par_iter_mut()
+            .zip(actions.par_chunks(GROUP * layout::JOINTS))
+            .zip(out.observations.par_chunks_mut(GROUP * OBSERVATION))
+            .zip(out.last_observations.par_chunks_mut(GROUP * OBSERVATION))
+            .zip(out.rewards.par_chunks_mut(GROUP))
+            .zip(out.terminated.par_chunks_mut(GROUP))
+            .zip(out.truncated.par_chunks_mut(GROUP))
+            .for_each(|rows| {
+                let (((((chunk, observations), last_observations), rewards), terminated), truncated) = rows;
+                let (group, actions) = chunk;
+                let out = GroupBuffers { observations, rewards, terminated, truncated, last_observations };
+                group.step(&shared, actions, out);
+            });
+    }
+
+    fn drain_metrics(&mut self) -> Vec<(String, f64)> {
+        let mut total = Metrics::default();
+        for group in &mut self.groups {
+            total.merge(&std::mem::take(&mut group.metrics));
+        }
+        let mut named = total.named();
+        named.push(("terrain_level".into(), self.mean_level()));
+        named
+    }
+
+    fn save_state(&self, out: &mut Vec<u8>) {
+        let mut writer = Writer(out);
+        writer.u32(&mut STATE_VERSION.clone());
+        writer.u32(&mut self.total_steps.clone());
+        for group in &self.groups {
+            let mut group = group.clone();
+            group.group.visit(&mut writer);
+            group.robots.iter_mut().for_each(|robot| robot.visit(&mut writer));
+        }
+    }
+
+    fn load_state(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let mut reader = Reader::new(bytes);
+        let mut version = 0;
+        reader.u32(&mut version);
+        if version != STATE_VERSION {
+            return Err(format!("version is {version}, must be {STATE_VERSION}"));
+        }
+        reader.u32(&mut self.total_steps);
+        for group in &mut self.groups {
+            group.group.visit(&mut reader);
+            group.robots.iter_mut().for_each(|robot| robot.visit(&mut reader));
+        }
+        reader.finish()
+    }
+}
+
+/// The action scale and period an exported policy is to be run with, and its gains.
+impl LocomotionEnv {
+    /// Metadata of a policy trained here, by the design's names.
+    pub fn metadata(&self) -> Vec<(String, String)> {
+        let robot = self.simulation.robot();
+        let actuator = &self.simulation.engine.config.actuator;
+        let list = |values: Vec<String>| values.join(",");
+        let each = |value: f64| list(vec![value.to_string(); robot.joints.len()]);
+        let default = &self.simulation.default_joint_position;
+        let pairs = [
+            ("joint_names", list(robot.joints.iter().map(|joint| joint.name.clone()).collect())),
+            ("default_joint_pos", list(default.iter().map(f32::to_string).collect())),
+            ("action_scale", ACTION_SCALE.to_string()),
+            ("joint_stiffness", each(actuator.stiffness)),
+            ("joint_damping", each(actuator.damping)),
+            ("joint_effort_limit", each(actuator.effort_limit)),
+            ("joint_armature", list(robot.joints.iter().map(|joint| joint.armature.to_string()).collect())),
+            ("actuator", "dc_motor".into()),
+            ("saturation_torque", actuator.saturation_torque.to_string()),
+            ("velocity_limit", actuator.velocity_limit.to_string()),
+            ("observation_names", list(layout::LOCOMOTION.iter().map(|s| s.name.to_owned()).collect())),
+            ("control_period", CONTROL_PERIOD_S.to_string()),
+            ("guidedog_version", env!("CARGO_PKG_VERSION").into()),
+        ];
+        pairs.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+}

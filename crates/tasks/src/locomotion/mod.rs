@@ -1,0 +1,15 @@
+//! The locomotion task: walk as told over rough ground, whatever pulls.
+
+mod command;
+mod config;
+mod disturbance;
+mod environment;
+mod metrics;
+pub mod reward;
+mod robot_task;
+
+pub use command::CommandConfig;
+pub use config::{LocomotionConfig, Terrain};
+pub use disturbance::{Disturbance, DisturbanceConfig};
+pub use environment::LocomotionEnv;
+pub use reward::RewardConfig;

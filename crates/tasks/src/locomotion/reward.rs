@@ -1,0 +1,279 @@
+//! What a walking robot is paid for: one term, one small function; weights in the configuration.
+//!
+//! Terms and weights start from Isaac Lab's velocity task (`velocity_env_cfg.py`, ANYmal D flat and rough). Added: the fine
+//! tracking terms, since the wide ones hardly distinguish 0.1 m/s of error while a supervisor's behavior reward does;
+//! standing still; a price on falling outside the clipped sum.
+
+use serde::{Deserialize, Serialize};
+
+use crate::simulation::BaseMotion;
+
+/// What the terms are computed from.
+#[derive(Clone, Copy, Debug)]
+pub struct StepQuantities<'a> {
+    /// Motion of the base after the step.
+    pub motion: BaseMotion,
+    /// Commanded v_x, v_y \[m/s\], ω_z \[rad/s\].
+    pub command: [f32; 3],
+    /// Joint positions minus default \[rad\].
+    pub joint_offset: &'a [f32; 12],
+    /// Change of joint velocities over the control step, divided by it \[rad/s²\].
+    pub joint_acceleration: &'a [f32; 12],
+    /// Torques at the end of the step \[N m\].
+    pub joint_torque: &'a [f32; 12],
+    /// How far joints are beyond 95 % of their range \[rad\], summed.
+    pub joint_excess: f32,
+    /// Raw action of this step.
+    pub action: &'a [f32; 12],
+    /// Raw action of the step before.
+    pub previous_action: &'a [f32; 12],
+    /// Per foot, air time of a swing that ended \[s\]; negative if none did.
+    pub touchdown: [f32; 4],
+    /// Thighs, knees, shanks and hand that touched something.
+    pub undesired_contacts: f32,
+}
+
+/// Weights of the terms, per second of simulated time (a step counts 0.02).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RewardConfig {
+    /// exp(−|e_xy|² / 0.25). Isaac Lab: 1.
+    pub track_linear_velocity: f32,
+    /// exp(−e_ω² / 0.25). Isaac Lab: 0.5.
+    pub track_yaw_rate: f32,
+    /// exp(−|e_xy|² / 0.05). Ours.
+    pub track_linear_velocity_fine: f32,
+    /// exp(−e_ω² / 0.05). Ours.
+    pub track_yaw_rate_fine: f32,
+    /// v_z². Isaac Lab: −2.
+    pub vertical_velocity: f32,
+    /// ω_x² + ω_y². Isaac Lab: −0.05.
+    pub roll_pitch_rate: f32,
+    /// Σ τ². Isaac Lab: −1e-5 rough, −2.5e-5 flat.
+    pub joint_torque: f32,
+    /// Σ q̈². Isaac Lab: −2.5e-7.
+    pub joint_acceleration: f32,
+    /// Σ (a − a')². Isaac Lab: −0.01.
+    pub action_rate: f32,
+    /// Σ over feet that touch down (air time − 0.5 s), unless told to stand. Isaac Lab: 0.125 rough, 0.5 flat.
+    pub feet_air_time: f32,
+    /// Number of thighs, knees, shanks and hand in contact. Isaac Lab: −1 (thighs).
+    pub undesired_contact: f32,
+    /// g_x² + g_y². Isaac Lab: 0 rough, −5 flat.
+    pub flat_orientation: f32,
+    /// Radians beyond 95 % of the joint ranges. Isaac Lab: 0.
+    pub joint_limit: f32,
+    /// Σ |q − q_default| while told to stand. Ours.
+    pub stand_still: f32,
+    /// Paid once for a fall, not per second, and outside the clipped sum. Ours.
+    pub fall: f32,
+    /// Whether the sum of all terms but `fall` is cut off below zero (legged_gym): else falling pays at the start.
+    pub clip_negative: bool,
+}
+
+impl Default for RewardConfig {
+    fn default() -> Self {
+        Self {
+            track_linear_velocity: 1.0,
+            track_yaw_rate: 0.5,
+            track_linear_velocity_fine: 0.5,
+            track_yaw_rate_fine: 0.5,
+            vertical_velocity: -2.0,
+            roll_pitch_rate: -0.05,
+            joint_torque: -1e-5,
+            joint_acceleration: -2.5e-7,
+            action_rate: -0.01,
+            feet_air_time: 0.25,
+            undesired_contact: -1.0,
+            flat_orientation: -1.0,
+            joint_limit: -1.0,
+            stand_still: -0.05,
+            fall: -1.0,
+            clip_negative: true,
+        }
+    }
+}
+
+/// Number of terms.
+pub const TERMS: usize = 14;
+
+type Term = (&'static str, fn(&RewardConfig) -> f32, fn(&StepQuantities<'_>) -> f32);
+
+/// Every term: its name, its weight, its value.
+const TERM_TABLE: [Term; TERMS] = [
+    ("track_linear_velocity", |w| w.track_linear_velocity, |q| (-linear_error(q) / 0.25).exp()),
+    ("track_yaw_rate", |w| w.track_yaw_rate, |q| (-yaw_error(q) / 0.25).exp()),
+    ("track_linear_velocity_fine", |w| w.track_linear_velocity_fine, |q| (-linear_error(q) / 0.05).exp()),
+    ("track_yaw_rate_fine", |w| w.track_yaw_rate_fine, |q| (-yaw_error(q) / 0.05).exp()),
+    ("vertical_velocity", |w| w.vertical_velocity, |q| square(q.motion.linear_velocity[2])),
+    ("roll_pitch_rate", |w| w.roll_pitch_rate, |q| squares(&q.motion.angular_velocity[..2])),
+    ("joint_torque", |w| w.joint_torque, |q| squares(q.joint_torque)),
+    ("joint_acceleration", |w| w.joint_acceleration, |q| squares(q.joint_acceleration)),
+    ("action_rate", |w| w.action_rate, action_rate),
+    ("feet_air_time", |w| w.feet_air_time, feet_air_time),
+    ("undesired_contact", |w| w.undesired_contact, |q| q.undesired_contacts),
+    ("flat_orientation", |w| w.flat_orientation, |q| squares(&q.motion.gravity[..2])),
+    ("joint_limit", |w| w.joint_limit, |q| q.joint_excess),
+    ("stand_still", |w| w.stand_still, stand_still),
+];
+
+/// Names of the terms, in the order of [`RewardConfig::terms`].
+pub fn term_names() -> [&'static str; TERMS] {
+    TERM_TABLE.map(|(name, ..)| name)
+}
+
+impl RewardConfig {
+    /// Weighted terms of a step of `dt` \[s\].
+    pub fn terms(&self, q: &StepQuantities<'_>, dt: f32) -> [f32; TERMS] {
+        TERM_TABLE.map(|(_, weight, value)| {
+            let weight = weight(self);
+            if weight == 0.0 { 0.0 } else { weight * value(q) * dt }
+        })
+    }
+
+    /// The reward of a step: the terms' sum, clipped if so configured, and the price of a fall.
+    pub fn total(&self, terms: &[f32; TERMS], fell: bool) -> f32 {
+        let sum: f32 = terms.iter().sum();
+        let sum = if self.clip_negative { sum.max(0.0) } else { sum };
+        if fell { sum + self.fall } else { sum }
+    }
+
+    /// Checks the weights.
+    ///
+    /// # Errors
+    /// Names the first that is not finite.
+    pub fn validate(&self) -> Result<(), String> {
+        for (name, weight, _) in TERM_TABLE {
+            let value = weight(self);
+            if !value.is_finite() {
+                return Err(format!("reward.{name} is {value}, must be finite"));
+            }
+        }
+        if !self.fall.is_finite() || self.fall > 0.0 {
+            return Err(format!("reward.fall is {}, must be 0 or below", self.fall));
+        }
+        Ok(())
+    }
+}
+
+fn square(x: f32) -> f32 {
+    x * x
+}
+
+fn squares(values: &[f32]) -> f32 {
+    values.iter().map(|x| x * x).sum()
+}
+
+/// Squared error of the velocity along the ground.
+pub(super) fn linear_error(q: &StepQuantities<'_>) -> f32 {
+    let v = q.motion.linear_velocity;
+    square(q.command[0] - v[0]) + square(q.command[1] - v[1])
+}
+
+/// Squared error of the yaw rate.
+pub(super) fn yaw_error(q: &StepQuantities<'_>) -> f32 {
+    square(q.command[2] - q.motion.angular_velocity[2])
+}
+
+fn is_told_to_move(q: &StepQuantities<'_>) -> bool {
+    squares(&q.command) > 0.01
+}
+
+fn action_rate(q: &StepQuantities<'_>) -> f32 {
+    q.action.iter().zip(q.previous_action).map(|(a, b)| square(a - b)).sum()
+}
+
+fn feet_air_time(q: &StepQuantities<'_>) -> f32 {
+    let landed = q.touchdown.iter().filter(|&&time| time >= 0.0);
+    if is_told_to_move(q) { landed.map(|time| time - 0.5).sum() } else { 0.0 }
+}
+
+fn stand_still(q: &StepQuantities<'_>) -> f32 {
+    if is_told_to_move(q) { 0.0 } else { q.joint_offset.iter().map(|offset| offset.abs()).sum() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quantities() -> StepQuantities<'static> {
+        StepQuantities {
+            motion: BaseMotion {
+                linear_velocity: [0.5, 0.0, 0.1],
+                angular_velocity: [0.2, -0.1, 0.3],
+                gravity: [0.1, 0.0, -0.995],
+                position: [0.0; 3],
+                yaw: 0.0,
+            },
+            command: [1.0, 0.0, 0.3],
+            joint_offset: &[0.1; 12],
+            joint_acceleration: &[10.0; 12],
+            joint_torque: &[20.0; 12],
+            joint_excess: 0.2,
+            action: &[1.0; 12],
+            previous_action: &[0.5; 12],
+            touchdown: [0.7, -1.0, -1.0, 0.3],
+            undesired_contacts: 2.0,
+        }
+    }
+
+    #[test]
+    fn every_term_by_hand() {
+        let unit = RewardConfig {
+            track_linear_velocity: 1.0,
+            track_yaw_rate: 1.0,
+            track_linear_velocity_fine: 1.0,
+            track_yaw_rate_fine: 1.0,
+            vertical_velocity: 1.0,
+            roll_pitch_rate: 1.0,
+            joint_torque: 1.0,
+            joint_acceleration: 1.0,
+            action_rate: 1.0,
+            feet_air_time: 1.0,
+            undesired_contact: 1.0,
+            flat_orientation: 1.0,
+            joint_limit: 1.0,
+            stand_still: 1.0,
+            fall: -3.0,
+            clip_negative: true,
+        };
+        let expected = [
+            (-1.0_f32).exp(),
+            1.0,
+            (-5.0_f32).exp(),
+            1.0,
+            0.01,
+            0.05,
+            4800.0,
+            1200.0,
+            3.0,
+            0.0,
+            2.0,
+            0.01,
+            0.2,
+            0.0,
+        ];
+        for ((name, value), expected) in term_names().iter().zip(unit.terms(&quantities(), 1.0)).zip(expected)
+        {
+            assert!(
+                (value - expected).abs() < 1e-5 * (1.0 + expected),
+                "{name}: {value}, expected {expected}"
+            );
+        }
+        let still = StepQuantities { command: [0.0; 3], touchdown: [0.9; 4], ..quantities() };
+        let terms = unit.terms(&still, 1.0);
+        assert!((terms[13] - 1.2).abs() < 1e-5);
+        assert_eq!(terms[9], 0.0, "air time is not paid for when told to stand");
+    }
+
+    #[test]
+    fn the_sum_is_clipped_but_not_the_fall() {
+        let config = RewardConfig::default();
+        let mut terms = [0.0; TERMS];
+        terms[0] = -5.0;
+        assert_eq!(config.total(&terms, false), 0.0);
+        assert_eq!(config.total(&terms, true), config.fall);
+        let open = RewardConfig { clip_negative: false, ..config };
+        assert_eq!(open.total(&terms, false), -5.0);
+    }
+}

@@ -1,0 +1,48 @@
+//! One robot's episode: what it is told, what pushes it, what it did.
+
+use crate::archive::{Archive, Archived};
+
+/// The task's side of one robot.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RobotTask {
+    /// Episodes begun.
+    pub(super) episode: u32,
+    /// Control steps of this episode.
+    pub(super) step: u32,
+    /// Steps it counts as having lived before, so that episodes do not all end together.
+    pub(super) head_start: u32,
+    /// Terrain level.
+    pub(super) level: usize,
+    /// Terrain column, constant.
+    pub(super) column: usize,
+    /// Where the episode began \[m\].
+    pub(super) start: [f32; 2],
+    /// v_x, v_y \[m/s\], ω_z \[rad/s\].
+    pub(super) command: [f32; 3],
+    /// Step at which the next command is drawn.
+    pub(super) next_command: u32,
+    /// Step at which the force ends, and at which the next is drawn.
+    pub(super) force_end: u32,
+    pub(super) next_force: u32,
+    /// Raw action of the last step.
+    pub(super) previous_action: [f32; 12],
+}
+
+impl Archived for RobotTask {
+    fn visit(&mut self, archive: &mut impl Archive) {
+        for word in [
+            &mut self.episode,
+            &mut self.step,
+            &mut self.head_start,
+            &mut self.next_command,
+            &mut self.force_end,
+            &mut self.next_force,
+        ] {
+            archive.u32(word);
+        }
+        archive.index(&mut self.level);
+        archive.f32s(&mut self.start);
+        archive.f32s(&mut self.command);
+        archive.f32s(&mut self.previous_action);
+    }
+}
