@@ -6,8 +6,10 @@
 pub mod config;
 pub mod error;
 pub mod interrupt;
+mod learner;
 pub mod metrics;
 pub mod progress;
+pub mod run_config;
 pub mod run_folder;
 pub mod tensorboard;
 pub mod training;

@@ -7,7 +7,7 @@ use guidedog::error::{BadInput, with_causes};
 
 mod verbs;
 
-use verbs::inspect;
+use verbs::{inspect, train};
 
 /// Trains, judges and shows a robotic guide dog that understands the pull of a hand on its harness.
 #[derive(Debug, Parser)]
@@ -19,15 +19,18 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
+  guidedog train locomotion --name walk      train the walking policy into runs/walk
   guidedog inspect robot                     ANYmal D with its harness";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Train(train::Arguments),
     Inspect(inspect::Arguments),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().verb {
+        Verb::Train(arguments) => train::run(&arguments),
         Verb::Inspect(arguments) => inspect::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -36,7 +36,7 @@ pub trait Learner {
 
 /// How long a run trains and what it keeps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct TrainingSettings {
     /// Seed of every random draw.
     pub seed: u64,

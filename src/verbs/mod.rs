@@ -1,3 +1,4 @@
 //! The verbs of the program, one file each.
 
 pub(crate) mod inspect;
+pub(crate) mod train;
