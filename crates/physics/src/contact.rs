@@ -27,8 +27,9 @@ pub(crate) struct Contact<L> {
     allowed_approach: L,
     /// Inverse of the 3 × 3 block, `[xx, yy, zz, xy, xz, yz]`.
     inverse_block: [L; 6],
-    /// The block times the normal.
+    /// The block times the normal, and the inverse of its normal component.
     block_normal: Vec3<L>,
+    inverse_normal: L,
     /// Step along the slip that cannot overshoot: the inverse of the trace of the tangential block.
     tangential_step: L,
     impulse: Vec3<L>,
@@ -44,6 +45,7 @@ impl<L: Lane> Contact<L> {
             allowed_approach: L::zero(),
             inverse_block: [L::zero(); 6],
             block_normal: Vec3::zero(),
+            inverse_normal: L::zero(),
             tangential_step: L::zero(),
             impulse: Vec3::zero(),
         }
@@ -209,7 +211,9 @@ fn prepare_block<L: Lane>(contact: &mut Contact<L>, chain_len: usize) {
     }
     let n = contact.normal;
     contact.block_normal = symmetric_mul(&w, n);
-    contact.tangential_step = L::one() / (w[0] + w[1] + w[2] - contact.block_normal.dot(n));
+    let normal_block = contact.block_normal.dot(n);
+    contact.inverse_normal = L::one() / normal_block;
+    contact.tangential_step = L::one() / (w[0] + w[1] + w[2] - normal_block);
     contact.inverse_block = symmetric_inverse(&w);
 }
 
@@ -256,17 +260,16 @@ fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whiten
     let limit = friction * sticking_normal.max(L::zero());
     let sticks = length_squared.le(limit * limit).and(sticking_normal.ge(L::zero()));
 
-    // Sliding: on the border of the cone, λ = λ_n (n + µ d), with the λ_n that stops the approach. The
-    // direction follows a gradient step, so that at the solution d opposes the slip (maximum dissipation).
-    let old_tangential = n.scale_add(-old.dot(n), old);
+    // Otherwise first the normal alone, then a step against the slip that is left, back onto the disk µ λ_n: at the
+    // solution friction opposes the slip (maximum dissipation), and it never drives it on the way there.
+    let old_normal = old.dot(n);
+    let normal = contact.inverse_normal.neg_mul_add(residual.dot(n), old_normal).max(L::zero());
+    let velocity = contact.block_normal.scale_add(normal - old_normal, velocity);
     let slip = n.scale_add(-velocity.dot(n), velocity);
-    let trial = slip.scale_add(-contact.tangential_step, old_tangential);
+    let trial = slip.scale_add(-contact.tangential_step, n.scale_add(-old_normal, old));
     let inverse_length = L::one() / trial.dot(trial).max(L::splat(1e-20)).sqrt();
-    let ray = trial.scale_add(friction * inverse_length, n);
-    let block = contact.block_normal;
-    // A ray that hardly lifts (Painlevé's case) is treated as one that lifts a tenth as well as the normal.
-    let lift = block.dot(ray).max(L::splat(0.1) * block.dot(n));
-    let sliding = ray.scale(((block.dot(old) - residual.dot(n)) / lift).max(L::zero()));
+    let within = (friction * normal * inverse_length).min(L::one());
+    let sliding = n.scale_add(normal, trial.scale(within));
 
     let new = Vec3::new(
         sticks.select(sticking.x, sliding.x),

@@ -247,7 +247,7 @@ impl TaskGroup {
         };
         let terms = shared.config.reward.terms(&quantities, CONTROL_PERIOD_S);
         self.metrics.add(&quantities, &terms);
-        shared.config.reward.total(&terms, fell)
+        shared.config.reward.total(&terms, fell, CONTROL_PERIOD_S)
     }
 }
 

@@ -33,6 +33,18 @@ pub struct StepQuantities<'a> {
     pub undesired_contacts: f32,
 }
 
+/// How the terms make one reward.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Combination {
+    /// Their sum, as Isaac Lab has it. Falling pays at the start, when penalties outweigh all else.
+    Sum,
+    /// Their sum, cut off below zero (legged_gym). Where it is cut off nothing can be learned.
+    Clipped,
+    /// The sum of what is paid, times exp of what is fined (both per second): never negative, and never flat.
+    Product,
+}
+
 /// Weights of the terms, per second of simulated time (a step counts 0.02).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -67,8 +79,8 @@ pub struct RewardConfig {
     pub stand_still: f32,
     /// Paid once for a fall, not per second, and outside the clipped sum. Ours.
     pub fall: f32,
-    /// Whether the sum of all terms but `fall` is cut off below zero (legged_gym): else falling pays at the start.
-    pub clip_negative: bool,
+    /// How the terms make one reward.
+    pub combination: Combination,
 }
 
 impl Default for RewardConfig {
@@ -89,7 +101,7 @@ impl Default for RewardConfig {
             joint_limit: -1.0,
             stand_still: -0.05,
             fall: -1.0,
-            clip_negative: true,
+            combination: Combination::Product,
         }
     }
 }
@@ -131,11 +143,18 @@ impl RewardConfig {
         })
     }
 
-    /// The reward of a step: the terms' sum, clipped if so configured, and the price of a fall.
-    pub fn total(&self, terms: &[f32; TERMS], fell: bool) -> f32 {
+    /// The reward of a step of `dt` \[s\]: the terms combined, and the price of a fall.
+    pub fn total(&self, terms: &[f32; TERMS], fell: bool, dt: f32) -> f32 {
         let sum: f32 = terms.iter().sum();
-        let sum = if self.clip_negative { sum.max(0.0) } else { sum };
-        if fell { sum + self.fall } else { sum }
+        let combined = match self.combination {
+            Combination::Sum => sum,
+            Combination::Clipped => sum.max(0.0),
+            Combination::Product => {
+                let paid: f32 = terms.iter().map(|term| term.max(0.0)).sum();
+                paid * ((sum - paid) / dt).exp()
+            }
+        };
+        if fell { combined + self.fall } else { combined }
     }
 
     /// Checks the weights.
@@ -235,7 +254,7 @@ mod tests {
             joint_limit: 1.0,
             stand_still: 1.0,
             fall: -3.0,
-            clip_negative: true,
+            combination: Combination::Sum,
         };
         let expected = [
             (-1.0_f32).exp(),
@@ -267,13 +286,16 @@ mod tests {
     }
 
     #[test]
-    fn the_sum_is_clipped_but_not_the_fall() {
-        let config = RewardConfig::default();
+    fn combinations_by_hand() {
         let mut terms = [0.0; TERMS];
-        terms[0] = -5.0;
-        assert_eq!(config.total(&terms, false), 0.0);
-        assert_eq!(config.total(&terms, true), config.fall);
-        let open = RewardConfig { clip_negative: false, ..config };
-        assert_eq!(open.total(&terms, false), -5.0);
+        (terms[0], terms[1], terms[4]) = (0.02, 0.01, -0.05);
+        let total = |combination, fell| {
+            let config = RewardConfig { combination, fall: -2.0, ..RewardConfig::default() };
+            config.total(&terms, fell, 0.02)
+        };
+        assert!((total(Combination::Sum, false) + 0.02).abs() < 1e-6);
+        assert_eq!(total(Combination::Clipped, false), 0.0);
+        assert_eq!(total(Combination::Clipped, true), -2.0);
+        assert!((total(Combination::Product, false) - 0.03 * (-2.5_f32).exp()).abs() < 1e-6);
     }
 }
