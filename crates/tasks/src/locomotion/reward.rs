@@ -49,14 +49,18 @@ pub enum Combination {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RewardConfig {
-    /// exp(−|e_xy|² / 0.25). Isaac Lab: 1.
+    /// exp(−|e_xy|² / `tracking_variance`). Isaac Lab: 1.
     pub track_linear_velocity: f32,
-    /// exp(−e_ω² / 0.25). Isaac Lab: 0.5.
+    /// exp(−e_ω² / `tracking_variance`). Isaac Lab: 0.5.
     pub track_yaw_rate: f32,
-    /// exp(−|e_xy|² / 0.05). Ours.
+    /// exp(−|e_xy|² / `fine_tracking_variance`). Ours.
     pub track_linear_velocity_fine: f32,
-    /// exp(−e_ω² / 0.05). Ours.
+    /// exp(−e_ω² / `fine_tracking_variance`). Ours.
     pub track_yaw_rate_fine: f32,
+    /// Squared error at which the wide tracking terms are down to 1/e \[m²/s² or rad²/s²\]. Isaac Lab: 0.25.
+    pub tracking_variance: f32,
+    /// The same of the fine ones.
+    pub fine_tracking_variance: f32,
     /// v_z². Isaac Lab: −2.
     pub vertical_velocity: f32,
     /// ω_x² + ω_y². Isaac Lab: −0.05.
@@ -90,6 +94,8 @@ impl Default for RewardConfig {
             track_yaw_rate: 0.5,
             track_linear_velocity_fine: 0.5,
             track_yaw_rate_fine: 0.5,
+            tracking_variance: 0.25,
+            fine_tracking_variance: 0.05,
             vertical_velocity: -2.0,
             roll_pitch_rate: -0.05,
             joint_torque: -1e-5,
@@ -109,24 +115,25 @@ impl Default for RewardConfig {
 /// Number of terms.
 pub const TERMS: usize = 14;
 
-type Term = (&'static str, fn(&RewardConfig) -> f32, fn(&StepQuantities<'_>) -> f32);
+type Value = fn(&StepQuantities<'_>, &RewardConfig) -> f32;
+type Term = (&'static str, fn(&RewardConfig) -> f32, Value);
 
 /// Every term: its name, its weight, its value.
 const TERM_TABLE: [Term; TERMS] = [
-    ("track_linear_velocity", |w| w.track_linear_velocity, |q| (-linear_error(q) / 0.25).exp()),
-    ("track_yaw_rate", |w| w.track_yaw_rate, |q| (-yaw_error(q) / 0.25).exp()),
-    ("track_linear_velocity_fine", |w| w.track_linear_velocity_fine, |q| (-linear_error(q) / 0.05).exp()),
-    ("track_yaw_rate_fine", |w| w.track_yaw_rate_fine, |q| (-yaw_error(q) / 0.05).exp()),
-    ("vertical_velocity", |w| w.vertical_velocity, |q| square(q.motion.linear_velocity[2])),
-    ("roll_pitch_rate", |w| w.roll_pitch_rate, |q| squares(&q.motion.angular_velocity[..2])),
-    ("joint_torque", |w| w.joint_torque, |q| squares(q.joint_torque)),
-    ("joint_acceleration", |w| w.joint_acceleration, |q| squares(q.joint_acceleration)),
-    ("action_rate", |w| w.action_rate, action_rate),
-    ("feet_air_time", |w| w.feet_air_time, feet_air_time),
-    ("undesired_contact", |w| w.undesired_contact, |q| q.undesired_contacts),
-    ("flat_orientation", |w| w.flat_orientation, |q| squares(&q.motion.gravity[..2])),
-    ("joint_limit", |w| w.joint_limit, |q| q.joint_excess),
-    ("stand_still", |w| w.stand_still, stand_still),
+    ("track_linear_velocity", |w| w.track_linear_velocity, |q, w| (-linear_error(q) / w.tracking_variance).exp()),
+    ("track_yaw_rate", |w| w.track_yaw_rate, |q, w| (-yaw_error(q) / w.tracking_variance).exp()),
+    ("track_linear_velocity_fine", |w| w.track_linear_velocity_fine, |q, w| (-linear_error(q) / w.fine_tracking_variance).exp()),
+    ("track_yaw_rate_fine", |w| w.track_yaw_rate_fine, |q, w| (-yaw_error(q) / w.fine_tracking_variance).exp()),
+    ("vertical_velocity", |w| w.vertical_velocity, |q, _| square(q.motion.linear_velocity[2])),
+    ("roll_pitch_rate", |w| w.roll_pitch_rate, |q, _| squares(&q.motion.angular_velocity[..2])),
+    ("joint_torque", |w| w.joint_torque, |q, _| squares(q.joint_torque)),
+    ("joint_acceleration", |w| w.joint_acceleration, |q, _| squares(q.joint_acceleration)),
+    ("action_rate", |w| w.action_rate, |q, _| action_rate(q)),
+    ("feet_air_time", |w| w.feet_air_time, |q, _| feet_air_time(q)),
+    ("undesired_contact", |w| w.undesired_contact, |q, _| q.undesired_contacts),
+    ("flat_orientation", |w| w.flat_orientation, |q, _| squares(&q.motion.gravity[..2])),
+    ("joint_limit", |w| w.joint_limit, |q, _| q.joint_excess),
+    ("stand_still", |w| w.stand_still, |q, _| stand_still(q)),
 ];
 
 /// Names of the terms, in the order of [`RewardConfig::terms`].
@@ -139,7 +146,7 @@ impl RewardConfig {
     pub fn terms(&self, q: &StepQuantities<'_>, dt: f32) -> [f32; TERMS] {
         TERM_TABLE.map(|(_, weight, value)| {
             let weight = weight(self);
-            if weight == 0.0 { 0.0 } else { weight * value(q) * dt }
+            if weight == 0.0 { 0.0 } else { weight * value(q, self) * dt }
         })
     }
 
@@ -166,6 +173,14 @@ impl RewardConfig {
             let value = weight(self);
             if !value.is_finite() {
                 return Err(format!("reward.{name} is {value}, must be finite"));
+            }
+        }
+        for (name, value) in [
+            ("tracking_variance", self.tracking_variance),
+            ("fine_tracking_variance", self.fine_tracking_variance),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(format!("reward.{name} is {value}, must be above 0"));
             }
         }
         if !self.fall.is_finite() || self.fall > 0.0 {
@@ -243,6 +258,8 @@ mod tests {
             track_yaw_rate: 1.0,
             track_linear_velocity_fine: 1.0,
             track_yaw_rate_fine: 1.0,
+            tracking_variance: 0.25,
+            fine_tracking_variance: 0.05,
             vertical_velocity: 1.0,
             roll_pitch_rate: 1.0,
             joint_torque: 1.0,
