@@ -38,7 +38,7 @@ pub struct Config {
     pub max_gradient_norm: f32,
     /// Standard deviation of every action at the start, above 0.
     pub initial_std: f32,
-    /// Whether every sample is also learned from in its left–right mirror image.
+    /// Whether half of the samples, drawn anew in each epoch, are learned from in their left–right mirror image.
     pub symmetry: bool,
 }
 

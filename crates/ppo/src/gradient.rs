@@ -115,8 +115,10 @@ impl GradientWorkspace {
     ) -> MinibatchLoss {
         let mut all = rows.to_vec();
         if objective.mirror.is_some() {
-            all.extend(rows.iter().map(|row| row | MIRRORED));
+            // The rows come in random order: every other one is a random half, another in each epoch.
+            all.iter_mut().skip(1).step_by(2).for_each(|row| *row |= MIRRORED);
         }
+        let originals = all.iter().filter(|&row| row & MIRRORED == 0).count() as f64;
         let weight = 1.0 / all.len() as f32;
         self.slots.par_iter_mut().enumerate().for_each(|(i, slot)| {
             slot.gradient.fill(0.0);
@@ -130,7 +132,7 @@ impl GradientWorkspace {
             sum
         });
         let gradient_norm = self.add_slots(objective);
-        let (count, originals) = (all.len() as f64, rows.len() as f64);
+        let count = all.len() as f64;
         MinibatchLoss {
             surrogate: sums.surrogate / count,
             value: sums.value / count,

@@ -28,6 +28,8 @@ pub enum Purpose {
     Terrain = 9,
     /// Anything a test or an evaluation draws for itself.
     Evaluation = 10,
+    /// Observation noise of the supervisor.
+    SupervisorObservation = 11,
 }
 
 /// A stream of random numbers; `Copy`, so a stream can be replayed.

@@ -1,5 +1,6 @@
 //! The locomotion and guidance environments.
 
 pub mod archive;
+pub mod guidance;
 pub mod locomotion;
 pub mod simulation;

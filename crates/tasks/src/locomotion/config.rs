@@ -2,6 +2,7 @@
 
 use physics::Config as PhysicsConfig;
 use serde::{Deserialize, Serialize};
+use terrain::{GridConfig, TerrainGrid};
 
 use super::{CommandConfig, DisturbanceConfig, RewardConfig};
 use crate::simulation::{Randomization, ResetSpread};
@@ -14,6 +15,20 @@ pub enum Terrain {
     Flat,
     /// Stairs, boxes, roughness and slopes on ten levels, with the curriculum.
     Rough,
+}
+
+impl Terrain {
+    /// Tiles of this ground, shaped by `seed`.
+    ///
+    /// # Errors
+    /// The terrain cannot be built.
+    pub fn grid(self, seed: u64) -> Result<TerrainGrid, String> {
+        match self {
+            Self::Flat => Ok(TerrainGrid::flat()),
+            Self::Rough => TerrainGrid::new(&GridConfig { seed, ..GridConfig::default() })
+                .map_err(|error| error.to_string()),
+        }
+    }
 }
 
 /// Settings of the locomotion task.

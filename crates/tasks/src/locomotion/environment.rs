@@ -3,7 +3,7 @@
 use policy::{Mirror, StepBuffers, VecEnv, layout};
 use rayon::prelude::*;
 use spatial::{Philox, Purpose};
-use terrain::{GridConfig, TerrainGrid, next_level};
+use terrain::{TerrainGrid, next_level};
 
 use super::{LocomotionConfig, Terrain, metrics::Metrics, reward::StepQuantities, robot_task::RobotTask};
 use crate::{
@@ -43,6 +43,8 @@ struct Shared<'a> {
     grid: &'a TerrainGrid,
     /// Growth of the disturbances, 0 to 1.
     progress: f32,
+    /// Present strength of the penalties, 0 to 1.
+    penalty_scale: f32,
     episode_steps: u32,
 }
 
@@ -53,11 +55,7 @@ impl LocomotionEnv {
     /// Names the value that is out of range, and what is allowed.
     pub fn new(config: LocomotionConfig, num_envs: usize, seed: u64) -> Result<Self, String> {
         config.validate()?;
-        let grid = match config.terrain {
-            Terrain::Flat => TerrainGrid::flat(),
-            Terrain::Rough => TerrainGrid::new(&GridConfig { seed, ..GridConfig::default() })
-                .map_err(|error| error.to_string())?,
-        };
+        let grid = config.terrain.grid(seed)?;
         let simulation = Simulation::new(grid.field.clone(), config.physics());
         let groups = simulation.groups(num_envs, &config.randomization, seed)?;
         let with_task = |(index, group): (usize, Group)| {
@@ -84,13 +82,16 @@ impl LocomotionEnv {
     }
 
     fn split(&mut self) -> (Shared<'_>, &mut [TaskGroup]) {
-        let ramp = self.config.disturbance.ramp_steps;
+        let grown =
+            |ramp: u32| if ramp == 0 { 1.0 } else { (self.total_steps as f32 / ramp as f32).min(1.0) };
+        let reward = &self.config.reward;
         let shared = Shared {
             config: &self.config,
             seed: self.seed,
             simulation: &self.simulation,
             grid: &self.grid,
-            progress: if ramp == 0 { 1.0 } else { (self.total_steps as f32 / ramp as f32).min(1.0) },
+            progress: grown(self.config.disturbance.ramp_steps),
+            penalty_scale: reward.penalty_scale_at(grown(reward.penalty_ramp_steps)),
             episode_steps: steps(self.config.episode_s),
         };
         (shared, &mut self.groups)
@@ -125,10 +126,10 @@ impl TaskGroup {
         robot.force_end = 0;
         robot.next_force = 0;
         robot.previous_action = [0.0; 12];
+        robot.progress = 0.0;
+        robot.commanded = 0.0;
         let spawn = shared.grid.spawn(robot.level, robot.column);
         shared.simulation.reset(&mut self.group, lane, spawn, &shared.config.reset, &mut random);
-        let [x, y, _] = self.group.base_motion(lane).position;
-        self.robots[lane].start = [x, y];
         self.draw_command_and_force(shared, lane);
     }
 
@@ -206,25 +207,15 @@ impl TaskGroup {
         if shared.config.terrain == Terrain::Flat || !sound {
             return;
         }
-        let [x, y, _] = self.group.base_motion(lane).position;
         let mut random = self.random(shared, lane, Purpose::Terrain);
         let robot = &mut self.robots[lane];
-        let distance = (x - robot.start[0]).hypot(y - robot.start[1]);
-        let speed = robot.command[0].hypot(robot.command[1]);
-        // An episode with a head start had less time to walk.
-        let time = robot.step as f32 * CONTROL_PERIOD_S;
-        let levels = shared.grid.levels();
-        robot.level = next_level(
-            robot.level,
-            f64::from(distance),
-            f64::from(speed),
-            f64::from(time),
-            levels,
-            &mut random,
-        );
+        let (progress, commanded) = (f64::from(robot.progress), f64::from(robot.commanded));
+        robot.level = next_level(robot.level, progress, commanded, shared.grid.levels(), &mut random);
     }
 
     fn reward(&mut self, shared: &Shared<'_>, lane: usize, action: &[f32; 12], fell: bool) -> f32 {
+        let motion = self.group.base_motion(lane);
+        self.robots[lane].walk(&motion);
         let Group { block, contacts, previous_joint_velocity } = &self.group;
         let number = |lanes: &spatial::f32x16| lanes.as_array()[lane];
         let position: [f32; 12] = std::array::from_fn(|j| number(&block.state.joint_position[j]));
@@ -234,7 +225,7 @@ impl TaskGroup {
         });
         let hand_touches = contacts.hand_force[lane] > CONTACT_THRESHOLD_N;
         let quantities = StepQuantities {
-            motion: self.group.base_motion(lane),
+            motion,
             command: self.robots[lane].command,
             joint_offset: &std::array::from_fn(|j| position[j] - default[j]),
             joint_acceleration: &acceleration,
@@ -245,7 +236,7 @@ impl TaskGroup {
             touchdown: std::array::from_fn(|foot| contacts.touchdown[foot][lane]),
             undesired_contacts: contacts.legs_touching[lane] + f32::from(u8::from(hand_touches)),
         };
-        let terms = shared.config.reward.terms(&quantities, CONTROL_PERIOD_S);
+        let terms = shared.config.reward.terms(&quantities, shared.penalty_scale, CONTROL_PERIOD_S);
         self.metrics.add(&quantities, &terms);
         shared.config.reward.total(&terms, fell, CONTROL_PERIOD_S)
     }

@@ -71,8 +71,10 @@ pub struct RewardConfig {
     pub joint_acceleration: f32,
     /// Σ (a − a')². Isaac Lab: −0.01.
     pub action_rate: f32,
-    /// Σ over feet that touch down (air time − 0.5 s), unless told to stand. Isaac Lab: 0.125 rough, 0.5 flat.
+    /// Σ over feet that touch down (air time − `air_time_target_s`), unless told to stand. Isaac Lab: 0.125 rough, 0.5 flat.
     pub feet_air_time: f32,
+    /// Swings longer than this are paid for, shorter ones fined \[s\]. Isaac Lab: 0.5.
+    pub air_time_target_s: f32,
     /// Number of thighs, knees, shanks and hand in contact. Isaac Lab: −1 (thighs).
     pub undesired_contact: f32,
     /// g_x² + g_y². Isaac Lab: 0 rough, −5 flat.
@@ -83,6 +85,11 @@ pub struct RewardConfig {
     pub stand_still: f32,
     /// Paid once for a fall, not per second, and outside the clipped sum. Ours.
     pub fall: f32,
+    /// Strength of all terms but tracking and the fall at the start of training, 0 to 1: with all of it from the start
+    /// standing still pays best, and stepping is not found.
+    pub penalty_start: f32,
+    /// Control steps until that strength has grown to 1.
+    pub penalty_ramp_steps: u32,
     /// How the terms make one reward.
     pub combination: Combination,
 }
@@ -102,34 +109,51 @@ impl Default for RewardConfig {
             joint_acceleration: -2.5e-7,
             action_rate: -0.01,
             feet_air_time: 0.25,
+            air_time_target_s: 0.5,
             undesired_contact: -1.0,
             flat_orientation: -1.0,
             joint_limit: -1.0,
             stand_still: -0.05,
             fall: -1.0,
-            combination: Combination::Product,
+            penalty_start: 0.2,
+            penalty_ramp_steps: 10_000,
+            combination: Combination::Sum,
         }
     }
 }
 
 /// Number of terms.
 pub const TERMS: usize = 14;
+/// The first of them are for tracking the command.
+const TRACKING_TERMS: usize = 4;
 
 type Value = fn(&StepQuantities<'_>, &RewardConfig) -> f32;
 type Term = (&'static str, fn(&RewardConfig) -> f32, Value);
 
 /// Every term: its name, its weight, its value.
 const TERM_TABLE: [Term; TERMS] = [
-    ("track_linear_velocity", |w| w.track_linear_velocity, |q, w| (-linear_error(q) / w.tracking_variance).exp()),
+    (
+        "track_linear_velocity",
+        |w| w.track_linear_velocity,
+        |q, w| (-linear_error(q) / w.tracking_variance).exp(),
+    ),
     ("track_yaw_rate", |w| w.track_yaw_rate, |q, w| (-yaw_error(q) / w.tracking_variance).exp()),
-    ("track_linear_velocity_fine", |w| w.track_linear_velocity_fine, |q, w| (-linear_error(q) / w.fine_tracking_variance).exp()),
-    ("track_yaw_rate_fine", |w| w.track_yaw_rate_fine, |q, w| (-yaw_error(q) / w.fine_tracking_variance).exp()),
+    (
+        "track_linear_velocity_fine",
+        |w| w.track_linear_velocity_fine,
+        |q, w| (-linear_error(q) / w.fine_tracking_variance).exp(),
+    ),
+    (
+        "track_yaw_rate_fine",
+        |w| w.track_yaw_rate_fine,
+        |q, w| (-yaw_error(q) / w.fine_tracking_variance).exp(),
+    ),
     ("vertical_velocity", |w| w.vertical_velocity, |q, _| square(q.motion.linear_velocity[2])),
     ("roll_pitch_rate", |w| w.roll_pitch_rate, |q, _| squares(&q.motion.angular_velocity[..2])),
     ("joint_torque", |w| w.joint_torque, |q, _| squares(q.joint_torque)),
     ("joint_acceleration", |w| w.joint_acceleration, |q, _| squares(q.joint_acceleration)),
     ("action_rate", |w| w.action_rate, |q, _| action_rate(q)),
-    ("feet_air_time", |w| w.feet_air_time, |q, _| feet_air_time(q)),
+    ("feet_air_time", |w| w.feet_air_time, feet_air_time),
     ("undesired_contact", |w| w.undesired_contact, |q, _| q.undesired_contacts),
     ("flat_orientation", |w| w.flat_orientation, |q, _| squares(&q.motion.gravity[..2])),
     ("joint_limit", |w| w.joint_limit, |q, _| q.joint_excess),
@@ -142,12 +166,19 @@ pub fn term_names() -> [&'static str; TERMS] {
 }
 
 impl RewardConfig {
-    /// Weighted terms of a step of `dt` \[s\].
-    pub fn terms(&self, q: &StepQuantities<'_>, dt: f32) -> [f32; TERMS] {
-        TERM_TABLE.map(|(_, weight, value)| {
+    /// Weighted terms of a step of `dt` \[s\]; all but tracking are scaled by `penalty_scale`.
+    pub fn terms(&self, q: &StepQuantities<'_>, penalty_scale: f32, dt: f32) -> [f32; TERMS] {
+        let mut terms = TERM_TABLE.map(|(_, weight, value)| {
             let weight = weight(self);
             if weight == 0.0 { 0.0 } else { weight * value(q, self) * dt }
-        })
+        });
+        terms[TRACKING_TERMS..].iter_mut().for_each(|term| *term *= penalty_scale);
+        terms
+    }
+
+    /// Strength of the penalties when a share `grown` (0 to 1) of the ramp is over.
+    pub fn penalty_scale_at(&self, grown: f32) -> f32 {
+        self.penalty_start + (1.0 - self.penalty_start) * grown
     }
 
     /// The reward of a step of `dt` \[s\]: the terms combined, and the price of a fall.
@@ -183,6 +214,9 @@ impl RewardConfig {
                 return Err(format!("reward.{name} is {value}, must be above 0"));
             }
         }
+        if !(0.0..=1.0).contains(&self.penalty_start) {
+            return Err(format!("reward.penalty_start is {}, must be from 0 to 1", self.penalty_start));
+        }
         if !self.fall.is_finite() || self.fall > 0.0 {
             return Err(format!("reward.fall is {}, must be 0 or below", self.fall));
         }
@@ -217,9 +251,9 @@ fn action_rate(q: &StepQuantities<'_>) -> f32 {
     q.action.iter().zip(q.previous_action).map(|(a, b)| square(a - b)).sum()
 }
 
-fn feet_air_time(q: &StepQuantities<'_>) -> f32 {
+fn feet_air_time(q: &StepQuantities<'_>, config: &RewardConfig) -> f32 {
     let landed = q.touchdown.iter().filter(|&&time| time >= 0.0);
-    if is_told_to_move(q) { landed.map(|time| time - 0.5).sum() } else { 0.0 }
+    if is_told_to_move(q) { landed.map(|time| time - config.air_time_target_s).sum() } else { 0.0 }
 }
 
 fn stand_still(q: &StepQuantities<'_>) -> f32 {
@@ -266,11 +300,14 @@ mod tests {
             joint_acceleration: 1.0,
             action_rate: 1.0,
             feet_air_time: 1.0,
+            air_time_target_s: 0.5,
             undesired_contact: 1.0,
             flat_orientation: 1.0,
             joint_limit: 1.0,
             stand_still: 1.0,
             fall: -3.0,
+            penalty_start: 1.0,
+            penalty_ramp_steps: 0,
             combination: Combination::Sum,
         };
         let expected = [
@@ -289,7 +326,8 @@ mod tests {
             0.2,
             0.0,
         ];
-        for ((name, value), expected) in term_names().iter().zip(unit.terms(&quantities(), 1.0)).zip(expected)
+        for ((name, value), expected) in
+            term_names().iter().zip(unit.terms(&quantities(), 1.0, 1.0)).zip(expected)
         {
             assert!(
                 (value - expected).abs() < 1e-5 * (1.0 + expected),
@@ -297,9 +335,11 @@ mod tests {
             );
         }
         let still = StepQuantities { command: [0.0; 3], touchdown: [0.9; 4], ..quantities() };
-        let terms = unit.terms(&still, 1.0);
+        let terms = unit.terms(&still, 1.0, 1.0);
         assert!((terms[13] - 1.2).abs() < 1e-5);
         assert_eq!(terms[9], 0.0, "air time is not paid for when told to stand");
+        let gentle = unit.terms(&still, 0.5, 1.0);
+        assert_eq!((gentle[1], gentle[13]), (terms[1], 0.5 * terms[13]), "tracking keeps its strength");
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! One robot's episode: what it is told, what pushes it, what it did.
 
-use crate::archive::{Archive, Archived};
+use crate::{
+    archive::{Archive, Archived},
+    simulation::{BaseMotion, CONTROL_PERIOD_S},
+};
 
 /// The task's side of one robot.
 #[derive(Clone, Debug, Default)]
@@ -15,8 +18,9 @@ pub(super) struct RobotTask {
     pub(super) level: usize,
     /// Terrain column, constant.
     pub(super) column: usize,
-    /// Where the episode began \[m\].
-    pub(super) start: [f32; 2],
+    /// Way made good along the commands in this episode, and the way commanded \[m\].
+    pub(super) progress: f32,
+    pub(super) commanded: f32,
     /// v_x, v_y \[m/s\], ω_z \[rad/s\].
     pub(super) command: [f32; 3],
     /// Step at which the next command is drawn.
@@ -26,6 +30,19 @@ pub(super) struct RobotTask {
     pub(super) next_force: u32,
     /// Raw action of the last step.
     pub(super) previous_action: [f32; 12],
+}
+
+impl RobotTask {
+    /// Adds a control step to the way commanded and the way made good.
+    pub(super) fn walk(&mut self, motion: &BaseMotion) {
+        let [x, y, _] = self.command;
+        let speed = x.hypot(y);
+        if speed > 0.0 {
+            let [v_x, v_y, _] = motion.linear_velocity;
+            self.progress += (x * v_x + y * v_y) / speed * CONTROL_PERIOD_S;
+            self.commanded += speed * CONTROL_PERIOD_S;
+        }
+    }
 }
 
 impl Archived for RobotTask {
@@ -41,7 +58,8 @@ impl Archived for RobotTask {
             archive.u32(word);
         }
         archive.index(&mut self.level);
-        archive.f32s(&mut self.start);
+        archive.f32(&mut self.progress);
+        archive.f32(&mut self.commanded);
         archive.f32s(&mut self.command);
         archive.f32s(&mut self.previous_action);
     }

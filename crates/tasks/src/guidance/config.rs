@@ -1,0 +1,116 @@
+//! Settings of the guidance task.
+
+use serde::{Deserialize, Serialize};
+
+use super::PullConfig;
+use crate::{
+    locomotion::Terrain,
+    simulation::{CONTROL_PERIOD_S, Randomization, ResetSpread},
+};
+
+/// Lowest velocity command v_x, v_y \[m/s\], ω_z \[rad/s\]. Source: design section 3.
+pub const COMMAND_LOW: [f32; 3] = [-0.3, -0.4, -1.5];
+/// Highest velocity command. Source: design section 3.
+pub const COMMAND_HIGH: [f32; 3] = [1.2, 0.4, 1.5];
+
+/// Settings of the guidance task. Defaults are the paper's where it gives them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GuidanceConfig {
+    /// The locomotion policy, an ONNX file; `shipped` is the one inside the program.
+    pub locomotion: String,
+    /// The ground.
+    pub terrain: Terrain,
+    /// Highest level robots begin on, 0 to 9; levels are drawn uniformly. Source: the paper, 5.
+    pub max_level: usize,
+    /// Length of an episode \[s\]. Source: the paper.
+    pub episode_s: f32,
+    /// Time between two decisions of the supervisor \[s\], a multiple of 0.02.
+    pub supervisor_period_s: f32,
+    /// Scale of the sensors' errors, of both networks; 1 is Isaac Lab's.
+    pub observation_noise: f32,
+    /// The handler's pulls.
+    pub pull: PullConfig,
+    /// Weight of the squared change of the command, per second. Source: the paper, −1e-4.
+    pub command_rate: f32,
+    /// Paid once for a fall. The paper: 0.
+    pub fall: f32,
+    /// Differences between robots.
+    pub randomization: Randomization,
+    /// First states of episodes.
+    pub reset: ResetSpread,
+}
+
+impl Default for GuidanceConfig {
+    fn default() -> Self {
+        Self {
+            locomotion: "shipped".into(),
+            terrain: Terrain::Rough,
+            max_level: 5,
+            episode_s: 20.0,
+            supervisor_period_s: 0.1,
+            observation_noise: 1.0,
+            pull: PullConfig::default(),
+            command_rate: -1e-4,
+            fall: 0.0,
+            randomization: Randomization::default(),
+            reset: ResetSpread::default(),
+        }
+    }
+}
+
+impl GuidanceConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// Names the first one out of range, with what is allowed.
+    pub fn validate(&self) -> Result<(), String> {
+        let within = |name: &str, value: f32, low: f32, high: f32| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(format!("{name} is {value}, must be from {low} to {high}"))
+            }
+        };
+        within("max_level", self.max_level as f32, 0.0, 9.0)?;
+        within("episode_s", self.episode_s, 1.0, 1000.0)?;
+        within("supervisor_period_s", self.supervisor_period_s, 0.02, 1.0)?;
+        let steps = self.supervisor_period_s / CONTROL_PERIOD_S;
+        if (steps - steps.round()).abs() > 1e-3 {
+            return Err(format!(
+                "supervisor_period_s is {}, must be a multiple of {CONTROL_PERIOD_S}",
+                self.supervisor_period_s
+            ));
+        }
+        within("observation_noise", self.observation_noise, 0.0, 10.0)?;
+        within("command_rate", self.command_rate, -10.0, 0.0)?;
+        within("fall", self.fall, -100.0, 0.0)?;
+        self.pull.validate()?;
+        self.randomization.validate()
+    }
+}
+
+/// Control steps in a time \[s\], at least one.
+pub(crate) fn control_steps(time_s: f32) -> u32 {
+    ((time_s / CONTROL_PERIOD_S).round() as u32).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_out_of_range_is_named() {
+        GuidanceConfig::default().validate().unwrap();
+        let refusal = |config: GuidanceConfig| config.validate().unwrap_err();
+        let config = GuidanceConfig { supervisor_period_s: 0.05, ..GuidanceConfig::default() };
+        assert!(refusal(config).contains("supervisor_period_s is 0.05, must be a multiple of 0.02"));
+        let config = GuidanceConfig { max_level: 10, ..GuidanceConfig::default() };
+        assert!(refusal(config).contains("max_level is 10"));
+    }
+
+    #[test]
+    fn periods_in_control_steps() {
+        assert_eq!([0.02, 0.1, 0.2, 5.0].map(control_steps), [1, 5, 10, 250]);
+    }
+}

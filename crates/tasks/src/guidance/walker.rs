@@ -1,0 +1,233 @@
+//! The frozen locomotion policy, and the robots it walks.
+
+use policy::{ForwardWorkspace, Mlp, OnnxPolicy, layout};
+use spatial::{Philox, Purpose};
+
+use crate::simulation::{ACTION_SCALE, BaseMotion, GROUP, Group, Randomization, ResetSpread, Simulation};
+
+/// Robots that go through the policy together: as many as keep the matrix products busy.
+pub const SQUAD: usize = 8 * GROUP;
+const OBSERVATION: usize = layout::LOCOMOTION_OBSERVATION;
+
+/// A locomotion policy and what its file says of the robot it was trained on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LocomotionPolicy {
+    mlp: Mlp,
+    /// Gains of the joint servos \[N m/rad\], \[N m s/rad\].
+    gains: [f64; 2],
+}
+
+impl LocomotionPolicy {
+    /// Takes a policy read from a file.
+    ///
+    /// # Errors
+    /// It is not for this robot and this observation; the message names what differs and what is allowed.
+    pub fn new(file: OnnxPolicy) -> Result<Self, String> {
+        let shape = (file.mlp.inputs(), file.mlp.outputs());
+        if shape != (OBSERVATION, layout::JOINTS) {
+            return Err(format!(
+                "a locomotion policy of {} inputs and {} outputs, must be {OBSERVATION} and {}",
+                shape.0,
+                shape.1,
+                layout::JOINTS
+            ));
+        }
+        let robot = robot::anymal_d();
+        let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let text = |name: &str| file.metadata.get(name).map(String::as_str).unwrap_or_default();
+        if text("joint_names") != names.join(",") {
+            return Err(format!("joint_names is `{}`, must be `{}`", text("joint_names"), names.join(",")));
+        }
+        let number = |name: &str| same_number(name, text(name));
+        if number("action_scale")? != f64::from(ACTION_SCALE) {
+            return Err(format!("action_scale is {}, must be {ACTION_SCALE}", text("action_scale")));
+        }
+        let gains = [number("joint_stiffness")?, number("joint_damping")?];
+        if !(1.0..=1000.0).contains(&gains[0]) || !(0.0..=100.0).contains(&gains[1]) {
+            return Err(format!(
+                "joint_stiffness and joint_damping are {gains:?}, must be 1 to 1000, 0 to 100"
+            ));
+        }
+        Ok(Self { mlp: file.mlp, gains })
+    }
+
+    /// Settings of the physics the policy was trained in.
+    pub fn physics(&self) -> physics::Config {
+        let mut config = physics::Config::default();
+        [config.actuator.stiffness, config.actuator.damping] = self.gains;
+        config
+    }
+}
+
+/// The number that a comma-separated list repeats.
+fn same_number(name: &str, text: &str) -> Result<f64, String> {
+    let refuse = || format!("{name} is `{text}`, must be one number, repeated for every joint");
+    let mut numbers = text.split(',').map(|part| part.trim().parse::<f64>());
+    let first = numbers.next().and_then(Result::ok).ok_or_else(refuse)?;
+    if numbers.all(|number| number == Ok(first)) { Ok(first) } else { Err(refuse()) }
+}
+
+/// What all squads share: the ground, the robot, the policy.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// Physics and sensing.
+    pub simulation: Simulation,
+    /// Who moves the legs.
+    pub policy: LocomotionPolicy,
+    /// Scale of the sensors' errors, 0 for none; 1 is Isaac Lab's.
+    pub observation_noise: f32,
+    /// Seed of those errors.
+    pub seed: u64,
+}
+
+/// Up to [`SQUAD`] robots under velocity commands.
+#[derive(Clone, Debug)]
+pub struct Squad {
+    /// Number of the first robot among all.
+    pub first_robot: usize,
+    groups: Vec<Group>,
+    /// Raw actions of the last control step, robots × 12.
+    actions: Vec<f32>,
+    observations: Vec<f32>,
+    workspace: ForwardWorkspace,
+}
+
+impl Course {
+    /// Squads of `num_robots` robots drawn from `randomization`, still to be reset.
+    ///
+    /// # Errors
+    /// `num_robots` is no multiple of sixteen, or a range is none.
+    pub fn squads(&self, num_robots: usize, randomization: &Randomization) -> Result<Vec<Squad>, String> {
+        let mut groups = self.simulation.groups(num_robots, randomization, self.seed)?.into_iter();
+        let mut squads = Vec::new();
+        for first_robot in (0..num_robots).step_by(SQUAD) {
+            let groups: Vec<Group> = groups.by_ref().take(SQUAD / GROUP).collect();
+            let robots = groups.len() * GROUP;
+            squads.push(Squad {
+                first_robot,
+                groups,
+                actions: vec![0.0; robots * layout::JOINTS],
+                observations: vec![0.0; robots * OBSERVATION],
+                workspace: ForwardWorkspace::default(),
+            });
+        }
+        Ok(squads)
+    }
+}
+
+impl Squad {
+    /// Number of robots.
+    pub fn robots(&self) -> usize {
+        self.groups.len() * GROUP
+    }
+
+    /// Motion of a robot's base.
+    pub fn motion(&self, robot: usize) -> BaseMotion {
+        self.groups[robot / GROUP].base_motion(robot % GROUP)
+    }
+
+    /// Whether a robot's base touched the ground in the last control step, or it is tilted beyond return, or its state is no
+    /// longer made of numbers.
+    pub fn has_fallen(&self, robot: usize) -> bool {
+        let (group, lane) = (&self.groups[robot / GROUP], robot % GROUP);
+        !group.is_sound(lane) || group.has_fallen(lane)
+    }
+
+    /// Whether a robot's state consists of numbers of a sensible size.
+    pub fn is_sound(&self, robot: usize) -> bool {
+        self.groups[robot / GROUP].is_sound(robot % GROUP)
+    }
+
+    /// Force of the hand on the robot from now on, heading frame \[N\].
+    pub fn set_hand_force(&mut self, robot: usize, force: [f32; 3]) {
+        let input = &mut self.groups[robot / GROUP].block.input;
+        input.hand_force.set(robot % GROUP, force.map(f64::from));
+    }
+
+    /// Puts a robot at a spawn point, without force.
+    pub fn reset(
+        &mut self,
+        course: &Course,
+        robot: usize,
+        spawn: [f32; 3],
+        spread: &ResetSpread,
+        random: &mut Philox,
+    ) {
+        let group = &mut self.groups[robot / GROUP];
+        course.simulation.reset(group, robot % GROUP, spawn, spread, random);
+        self.actions[robot * layout::JOINTS..][..layout::JOINTS].fill(0.0);
+    }
+
+    /// One control step of all robots under `commands`, one a robot; `episode` and `step` of a robot key its sensors' errors.
+    pub fn control_step(
+        &mut self,
+        course: &Course,
+        commands: &[[f32; 3]],
+        moment: impl Fn(usize) -> (u32, u32),
+    ) {
+        let robots = self.robots();
+        for robot in 0..robots {
+            let (episode, step) = moment(robot);
+            let mut random =
+                Philox::new(course.seed, self.first_robot + robot, episode, step, Purpose::Observation);
+            let row = &mut self.observations[robot * OBSERVATION..][..OBSERVATION];
+            let group = &self.groups[robot / GROUP];
+            let noise = course.observation_noise;
+            course.simulation.sense(group, robot % GROUP, noise, &mut random, layout::LOCOMOTION_SCAN, row);
+            row[layout::VELOCITY_COMMAND.range()].copy_from_slice(&commands[robot]);
+            row[layout::PREVIOUS_ACTION.range()]
+                .copy_from_slice(&self.actions[robot * layout::JOINTS..][..layout::JOINTS]);
+        }
+        let Self { groups, actions, observations, workspace, .. } = self;
+        course.policy.mlp.forward(robots, observations, actions, workspace);
+        for (group, actions) in groups.iter_mut().zip(actions.chunks_exact(GROUP * layout::JOINTS)) {
+            course.simulation.control_step(group, actions);
+        }
+    }
+
+    /// Fills a supervisor's observation of a robot.
+    pub fn sense(
+        &self,
+        course: &Course,
+        robot: usize,
+        force: [f32; 3],
+        previous_command: [f32; 3],
+        random: &mut Philox,
+        out: &mut [f32],
+    ) {
+        let group = &self.groups[robot / GROUP];
+        let noise = course.observation_noise;
+        course.simulation.sense(group, robot % GROUP, noise, random, layout::SUPERVISOR_SCAN, out);
+        out[layout::HARNESS_FORCE.range()].copy_from_slice(&force);
+        out[layout::PREVIOUS_COMMAND.range()].copy_from_slice(&previous_command);
+    }
+}
+
+impl crate::archive::Archived for Squad {
+    fn visit(&mut self, archive: &mut impl crate::archive::Archive) {
+        self.groups.iter_mut().for_each(|group| group.visit(archive));
+        archive.f32s(&mut self.actions);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guidance::test_policy;
+
+    #[test]
+    fn a_policy_of_another_shape_or_robot_is_refused_by_name() {
+        let refusal = |change: &dyn Fn(&mut OnnxPolicy)| {
+            let mut file = test_policy();
+            change(&mut file);
+            LocomotionPolicy::new(file).unwrap_err()
+        };
+        LocomotionPolicy::new(test_policy()).unwrap();
+        assert!(refusal(&|file| file.mlp.layers[0].inputs = 48).contains("48 inputs"));
+        let names = |file: &mut OnnxPolicy| file.metadata.insert("joint_names".into(), "a,b".into());
+        assert!(refusal(&|file| drop(names(file))).contains("joint_names is `a,b`"));
+        let mixed = |file: &mut OnnxPolicy| file.metadata.insert("joint_stiffness".into(), "80,40".into());
+        assert!(refusal(&|file| drop(mixed(file))).contains("joint_stiffness is `80,40`"));
+        assert!(refusal(&|file| drop(file.metadata.remove("action_scale"))).contains("action_scale"));
+    }
+}
