@@ -1,12 +1,122 @@
-//! PPO on any environment, as the training loop sees it.
+//! PPO on any task, as the training loop sees it, in a run's folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
-use policy::VecEnv;
+use anyhow::{Context as _, Result};
+use policy::{Checkpoint, VecEnv, save_onnx};
 use ppo::{Iteration, Trainer};
+use serde::Serialize;
+use tasks::guidance::{GuidanceConfig, GuidanceEnv};
+use tasks::locomotion::{LocomotionConfig, LocomotionEnv};
 
-use crate::training::Learner;
+use crate::error::{BadInput, OrBadInput as _};
+use crate::interrupt::Interrupt;
+use crate::policies;
+use crate::run_config::{Run, TaskConfig};
+use crate::run_folder::{RunFolder, numbered_checkpoints, write_atomic};
+use crate::training::{Learner, Outcome, train};
+
+/// A task that can be trained from its settings.
+pub trait Trainable: TaskConfig {
+    /// Its environments.
+    type Env: VecEnv;
+    /// Metrics on the progress line.
+    const SHOWN: &'static [&'static str];
+    /// `num_envs` environments.
+    ///
+    /// # Errors
+    /// Something they need is missing or does not fit.
+    fn environments(&self, num_envs: usize, seed: u64) -> Result<Self::Env>;
+}
+
+impl Trainable for LocomotionConfig {
+    type Env = LocomotionEnv;
+    const SHOWN: &'static [&'static str] =
+        &["tracking_linear", "tracking_yaw", "guidance_score", "falls_per_1000", "terrain_level"];
+
+    fn environments(&self, num_envs: usize, seed: u64) -> Result<Self::Env> {
+        Ok(LocomotionEnv::new(self.clone(), num_envs, seed).map_err(in_task)?)
+    }
+}
+
+impl Trainable for GuidanceConfig {
+    type Env = GuidanceEnv;
+    const SHOWN: &'static [&'static str] = &[
+        "behavior_reward/total",
+        "behavior_reward/stop",
+        "behavior_reward/walk",
+        "behavior_reward/turn",
+        "behavior_reward/spin",
+        "falls_per_1000",
+    ];
+
+    fn environments(&self, num_envs: usize, seed: u64) -> Result<Self::Env> {
+        let locomotion = policies::locomotion(&self.locomotion)?;
+        Ok(GuidanceEnv::new(self.clone(), locomotion, num_envs, seed).map_err(in_task)?)
+    }
+}
+
+fn in_task(message: String) -> BadInput {
+    BadInput::new(format!("task: {message}"))
+}
+
+/// Where a training begins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// At nothing; refused where there is a checkpoint.
+    New,
+    /// At the newest checkpoint, or at nothing.
+    Resume,
+    /// With the weights of another run (its folder or a checkpoint).
+    From(PathBuf),
+}
+
+/// Trains in the run's folder until its iterations are made or the user interrupts.
+///
+/// # Errors
+/// A setting, a checkpoint or the disk that cannot be used; a learner that broke down.
+pub fn learn<T: Trainable>(
+    run: &RunFolder,
+    config: &Run<T>,
+    start: &Start,
+    interrupt: &Interrupt,
+) -> Result<Outcome>
+where
+    Run<T>: Serialize,
+{
+    let settings = &config.training;
+    let env = config.task.environments(settings.num_envs, settings.seed)?;
+    let mut trainer = Trainer::new(config.ppo.clone(), settings.seed, env).or_bad_input(|| "ppo".into())?;
+    if *start == Start::Resume {
+        let load = |path: &Path| Ok(trainer.restore(&Checkpoint::load(path)?)?);
+        if run.load_newest(load, |line| eprintln!("{line}"))?.is_none() {
+            eprintln!("{} has no checkpoint yet: beginning", run.path().display());
+        }
+    } else if !run.checkpoints()?.is_empty() {
+        let message = format!(
+            "{} already has checkpoints: go on with --resume, or choose another --name",
+            run.path().display()
+        );
+        return Err(BadInput::new(message).into());
+    }
+    if let Start::From(source) = start {
+        let what = || format!("--init-from {}", source.display());
+        let checkpoint = Checkpoint::load(&newest_of(source).or_bad_input(what)?).or_bad_input(what)?;
+        trainer.warm_start(&checkpoint).or_bad_input(what)?;
+    }
+    let text = toml::to_string(config).context("cannot write the configuration")?;
+    write_atomic(&run.file("config.toml"), text.as_bytes()).context("cannot write config.toml")?;
+    train(&mut trainer, run, settings, T::SHOWN, interrupt)
+}
+
+/// A checkpoint file, or the newest one of a run's folder.
+fn newest_of(source: &Path) -> Result<PathBuf> {
+    if source.is_file() {
+        return Ok(source.to_owned());
+    }
+    let newest = numbered_checkpoints(source)?.into_iter().next();
+    Ok(newest.context("there is no checkpoint in it")?.1)
+}
 
 impl<E: VecEnv> Learner for Trainer<E> {
     fn iteration(&self) -> u64 {
@@ -23,6 +133,12 @@ impl<E: VecEnv> Learner for Trainer<E> {
 
     fn save(&self, path: &Path) -> Result<()> {
         Ok(self.checkpoint().save(path)?)
+    }
+
+    fn export(&self, path: &Path) -> Result<()> {
+        let mut metadata = self.env().metadata();
+        metadata.push(("guidedog_version".into(), env!("CARGO_PKG_VERSION").into()));
+        Ok(save_onnx(path, &self.policy(), &metadata)?)
     }
 }
 

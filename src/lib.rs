@@ -6,8 +6,9 @@
 pub mod config;
 pub mod error;
 pub mod interrupt;
-mod learner;
+pub mod learner;
 pub mod metrics;
+pub mod policies;
 pub mod progress;
 pub mod run_config;
 pub mod run_folder;

@@ -1,24 +1,94 @@
 //! What a training run is configured with: how long, how to learn, what task.
 
-use serde::{Deserialize, Serialize};
-use tasks::locomotion::LocomotionConfig;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use tasks::{guidance::GuidanceConfig, locomotion::LocomotionConfig};
 
 use crate::error::{BadInput, OrBadInput as _};
 use crate::training::TrainingSettings;
 
-/// A locomotion training.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LocomotionRun {
+/// A training of some task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run<T> {
     /// How long, how many robots, what is kept.
     pub training: TrainingSettings,
     /// The learner.
     pub ppo: ppo::Config,
     /// The task.
-    pub task: LocomotionConfig,
+    pub task: T,
 }
 
-impl LocomotionRun {
+/// A locomotion training.
+pub type LocomotionRun = Run<LocomotionConfig>;
+/// A supervisor training.
+pub type SupervisorRun = Run<GuidanceConfig>;
+
+/// The settings of a task, with the learner's settings it learns fastest with.
+pub trait TaskConfig: Default + Clone + Serialize + DeserializeOwned {
+    /// Refuses what cannot be run, with the key, its value and what is allowed.
+    ///
+    /// # Errors
+    /// The first key out of range.
+    fn validate(&self) -> Result<(), String>;
+    /// How long and how to learn, unless said otherwise.
+    fn learning() -> (TrainingSettings, ppo::Config);
+}
+
+impl TaskConfig for LocomotionConfig {
+    fn validate(&self) -> Result<(), String> {
+        Self::validate(self)
+    }
+
+    fn learning() -> (TrainingSettings, ppo::Config) {
+        let ppo = ppo::Config {
+            critic_hidden: vec![256, 128, 64],
+            desired_kl: 0.02,
+            learning_rate: 5e-4,
+            learning_rate_range: [1e-5, 1e-3],
+            entropy_coefficient: 0.004,
+            symmetry: true,
+            ..ppo::Config::default()
+        };
+        (TrainingSettings { iterations: 2000, ..TrainingSettings::default() }, ppo)
+    }
+}
+
+impl TaskConfig for GuidanceConfig {
+    fn validate(&self) -> Result<(), String> {
+        Self::validate(self)
+    }
+
+    fn learning() -> (TrainingSettings, ppo::Config) {
+        let training = TrainingSettings {
+            num_envs: 1024,
+            iterations: 200,
+            checkpoint_period_s: 20.0,
+            score: "behavior_reward/total".into(),
+            ..TrainingSettings::default()
+        };
+        let ppo = ppo::Config {
+            actor_hidden: vec![128, 128, 128],
+            critic_hidden: vec![128, 128, 128],
+            gamma: 0.95,
+            desired_kl: 0.02,
+            learning_rate_range: [1e-5, 3e-3],
+            initial_std: 0.5,
+            entropy_coefficient: 0.0,
+            symmetry: true,
+            ..ppo::Config::default()
+        };
+        (training, ppo)
+    }
+}
+
+impl<T: TaskConfig> Default for Run<T> {
+    fn default() -> Self {
+        let (training, ppo) = T::learning();
+        Self { training, ppo, task: T::default() }
+    }
+}
+
+impl<T: TaskConfig> Run<T> {
     /// Refuses what cannot be trained.
     ///
     /// # Errors

@@ -32,6 +32,11 @@ pub trait Learner {
     /// # Errors
     /// The disk refuses.
     fn save(&self, path: &Path) -> Result<()>;
+    /// Writes the policy as it is now, for others to use.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    fn export(&self, path: &Path) -> Result<()>;
 }
 
 /// How long a run trains and what it keeps.
@@ -184,6 +189,8 @@ impl<'a> Checkpoints<'a> {
     fn save(&mut self, learner: &dyn Learner) -> Result<()> {
         let path = self.run.checkpoint(learner.iteration());
         learner.save(&path).with_context(|| format!("cannot save {}", path.display()))?;
+        let policy = self.run.file("policy.onnx");
+        learner.export(&policy).with_context(|| format!("cannot save {}", policy.display()))?;
         self.keep_best(&path)?;
         self.run
             .prune_checkpoints(self.settings.checkpoints_kept)
@@ -253,6 +260,9 @@ mod tests {
         }
         fn save(&self, path: &Path) -> Result<()> {
             Ok(write_atomic(path, self.iteration.to_string().as_bytes())?)
+        }
+        fn export(&self, path: &Path) -> Result<()> {
+            self.save(path)
         }
     }
 

@@ -16,6 +16,14 @@ pub trait VecEnv: Send {
     fn observation_scale(&self) -> Vec<f32>;
     /// How the left–right mirror image of a state looks, if the task has that symmetry.
     fn mirror(&self) -> Option<Mirror>;
+    /// Lower and upper limits of an exported policy's outputs; none by default.
+    fn output_limits(&self) -> Option<(Vec<f32>, Vec<f32>)> {
+        None
+    }
+    /// What an exported policy says of itself, by name; nothing by default.
+    fn metadata(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
     /// Starts new episodes everywhere; fills `observations` (`num_envs × observation_dim`).
     fn reset(&mut self, observations: &mut [f32]);
     /// Applies one action to every environment (`num_envs × action_dim`).

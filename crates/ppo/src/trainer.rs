@@ -174,10 +174,11 @@ impl<E: VecEnv> Trainer<E> {
         self.rollout.samples() as u64
     }
 
-    /// The mean policy, taking raw observations.
+    /// The mean policy, taking raw observations, its outputs limited as the environments say.
     pub fn policy(&self) -> Mlp {
         let (actor, _, _) = self.networks.split(&self.parameters);
-        self.networks.actor.to_mlp(actor, &self.observation_scale)
+        let mlp = self.networks.actor.to_mlp(actor, &self.observation_scale);
+        Mlp { output_limits: self.env.output_limits(), ..mlp }
     }
 
     /// One rollout and its update.

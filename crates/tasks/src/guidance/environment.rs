@@ -112,27 +112,6 @@ impl GuidanceEnv {
         };
         (shared, &mut self.squads)
     }
-
-    /// Metadata of a supervisor trained here, by the design's names.
-    pub fn metadata(&self) -> Vec<(String, String)> {
-        let robot = self.course.simulation.robot();
-        let harness = robot.harness.unwrap_or_default();
-        let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-        let floats = |values: [f32; 3]| values.map(|value| value.to_string()).join(",");
-        let pairs = [
-            ("observation_names", layout::SUPERVISOR.map(|segment| segment.name).join(",")),
-            ("control_period", self.config.supervisor_period_s.to_string()),
-            ("command_low", floats(COMMAND_LOW)),
-            ("command_high", floats(COMMAND_HIGH)),
-            ("bar_start", list(&harness.bar_start.to_array())),
-            ("bar_length", harness.bar_length.to_string()),
-            ("hand_position", list(&harness.hand_position().to_array())),
-            ("bar_mass", harness.bar_mass.to_string()),
-            ("hand_mass", harness.hand_mass.to_string()),
-            ("guidedog_version", env!("CARGO_PKG_VERSION").into()),
-        ];
-        pairs.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
-    }
 }
 
 /// An action within the limits of a command; what is no number becomes the lower limit.
@@ -283,6 +262,29 @@ impl VecEnv for GuidanceEnv {
 
     fn mirror(&self) -> Option<Mirror> {
         Some(layout::supervisor_mirror())
+    }
+
+    fn output_limits(&self) -> Option<(Vec<f32>, Vec<f32>)> {
+        Some((COMMAND_LOW.to_vec(), COMMAND_HIGH.to_vec()))
+    }
+
+    fn metadata(&self) -> Vec<(String, String)> {
+        let robot = self.course.simulation.robot();
+        let harness = robot.harness.unwrap_or_default();
+        let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+        let floats = |values: [f32; 3]| values.map(|value| value.to_string()).join(",");
+        let pairs = [
+            ("observation_names", layout::SUPERVISOR.map(|segment| segment.name).join(",")),
+            ("control_period", self.config.supervisor_period_s.to_string()),
+            ("command_low", floats(COMMAND_LOW)),
+            ("command_high", floats(COMMAND_HIGH)),
+            ("bar_start", list(&harness.bar_start.to_array())),
+            ("bar_length", harness.bar_length.to_string()),
+            ("hand_position", list(&harness.hand_position().to_array())),
+            ("bar_mass", harness.bar_mass.to_string()),
+            ("hand_mass", harness.hand_mass.to_string()),
+        ];
+        pairs.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
     fn reset(&mut self, observations: &mut [f32]) {

@@ -20,7 +20,7 @@ pub use walker::{Course, LocomotionPolicy, SQUAD, Squad};
 /// A locomotion policy that only holds the default pose: enough to stand on, and to test with.
 #[cfg(test)]
 pub(crate) fn test_policy() -> policy::OnnxPolicy {
-    use policy::{Activation, Linear, Mlp, layout};
+    use policy::{Activation, Linear, Mlp, VecEnv as _, layout};
     let (inputs, outputs) = (layout::LOCOMOTION_OBSERVATION, layout::JOINTS);
     let layer = Linear { inputs, outputs, weight: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] };
     let mlp = Mlp { layers: vec![layer], activation: Activation::Elu, output_limits: None };

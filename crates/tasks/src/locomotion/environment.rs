@@ -289,6 +289,29 @@ impl VecEnv for LocomotionEnv {
         Some(layout::locomotion_mirror())
     }
 
+    fn metadata(&self) -> Vec<(String, String)> {
+        let robot = self.simulation.robot();
+        let actuator = &self.simulation.engine.config.actuator;
+        let list = |values: Vec<String>| values.join(",");
+        let each = |value: f64| list(vec![value.to_string(); robot.joints.len()]);
+        let default = &self.simulation.default_joint_position;
+        let pairs = [
+            ("joint_names", list(robot.joints.iter().map(|joint| joint.name.clone()).collect())),
+            ("default_joint_pos", list(default.iter().map(f32::to_string).collect())),
+            ("action_scale", ACTION_SCALE.to_string()),
+            ("joint_stiffness", each(actuator.stiffness)),
+            ("joint_damping", each(actuator.damping)),
+            ("joint_effort_limit", each(actuator.effort_limit)),
+            ("joint_armature", list(robot.joints.iter().map(|joint| joint.armature.to_string()).collect())),
+            ("actuator", "dc_motor".into()),
+            ("saturation_torque", actuator.saturation_torque.to_string()),
+            ("velocity_limit", actuator.velocity_limit.to_string()),
+            ("observation_names", list(layout::LOCOMOTION.iter().map(|s| s.name.to_owned()).collect())),
+            ("control_period", CONTROL_PERIOD_S.to_string()),
+        ];
+        pairs.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
     fn reset(&mut self, observations: &mut [f32]) {
         let (shared, groups) = self.split();
         groups.par_iter_mut().zip(observations.par_chunks_mut(GROUP * OBSERVATION)).for_each(
@@ -354,33 +377,5 @@ impl VecEnv for LocomotionEnv {
             group.robots.iter_mut().for_each(|robot| robot.visit(&mut reader));
         }
         reader.finish()
-    }
-}
-
-/// The action scale and period an exported policy is to be run with, and its gains.
-impl LocomotionEnv {
-    /// Metadata of a policy trained here, by the design's names.
-    pub fn metadata(&self) -> Vec<(String, String)> {
-        let robot = self.simulation.robot();
-        let actuator = &self.simulation.engine.config.actuator;
-        let list = |values: Vec<String>| values.join(",");
-        let each = |value: f64| list(vec![value.to_string(); robot.joints.len()]);
-        let default = &self.simulation.default_joint_position;
-        let pairs = [
-            ("joint_names", list(robot.joints.iter().map(|joint| joint.name.clone()).collect())),
-            ("default_joint_pos", list(default.iter().map(f32::to_string).collect())),
-            ("action_scale", ACTION_SCALE.to_string()),
-            ("joint_stiffness", each(actuator.stiffness)),
-            ("joint_damping", each(actuator.damping)),
-            ("joint_effort_limit", each(actuator.effort_limit)),
-            ("joint_armature", list(robot.joints.iter().map(|joint| joint.armature.to_string()).collect())),
-            ("actuator", "dc_motor".into()),
-            ("saturation_torque", actuator.saturation_torque.to_string()),
-            ("velocity_limit", actuator.velocity_limit.to_string()),
-            ("observation_names", list(layout::LOCOMOTION.iter().map(|s| s.name.to_owned()).collect())),
-            ("control_period", CONTROL_PERIOD_S.to_string()),
-            ("guidedog_version", env!("CARGO_PKG_VERSION").into()),
-        ];
-        pairs.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 }

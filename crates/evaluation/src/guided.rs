@@ -1,0 +1,71 @@
+//! A squad of robots under a supervisor and scripted hands.
+
+use policy::{ForwardWorkspace, layout};
+use spatial::{Philox, Purpose};
+use tasks::guidance::{Course, Squad, Supervisor};
+
+/// Robots, the forces on them and the commands they are given.
+pub(crate) struct Guided<'a> {
+    pub(crate) course: &'a Course,
+    pub(crate) supervisor: &'a Supervisor,
+    pub(crate) squad: Squad,
+    step: u32,
+    forces: Vec<[[f32; 3]; 2]>,
+    commands: Vec<[f32; 3]>,
+    fallen: Vec<bool>,
+    observations: Vec<f32>,
+    workspace: ForwardWorkspace,
+}
+
+impl<'a> Guided<'a> {
+    /// Robots that were reset, no hand on the bar yet.
+    pub(crate) fn new(course: &'a Course, supervisor: &'a Supervisor, squad: Squad) -> Self {
+        let robots = squad.robots();
+        let observed = if supervisor.observes() { robots * layout::SUPERVISOR_OBSERVATION } else { 0 };
+        Self {
+            course,
+            supervisor,
+            squad,
+            step: 0,
+            forces: vec![[[0.0; 3]; 2]; robots],
+            commands: vec![[0.0; 3]; robots],
+            fallen: vec![false; robots],
+            observations: vec![0.0; observed],
+            workspace: ForwardWorkspace::default(),
+        }
+    }
+
+    /// The hand pulls with this force from now on, heading frame \[N\].
+    pub(crate) fn pull(&mut self, robot: usize, force: [f32; 3]) {
+        self.forces[robot] = [force; 2];
+        self.squad.set_hand_force(robot, force);
+    }
+
+    /// Whether a robot has fallen since the beginning.
+    pub(crate) fn has_fallen(&self, robot: usize) -> bool {
+        self.fallen[robot]
+    }
+
+    /// One control step, with a decision of the supervisor where one is due.
+    pub(crate) fn control_step(&mut self) {
+        if self.step.is_multiple_of(self.supervisor.period_steps()) {
+            self.decide();
+        }
+        let step = self.step;
+        self.squad.control_step(self.course, &self.commands, |_| (0, step));
+        self.step += 1;
+        for robot in 0..self.fallen.len() {
+            self.fallen[robot] |= self.squad.has_fallen(robot);
+        }
+    }
+
+    fn decide(&mut self) {
+        let Self { course, squad, forces, commands, observations, workspace, step, .. } = self;
+        for (robot, row) in observations.chunks_exact_mut(layout::SUPERVISOR_OBSERVATION).enumerate() {
+            let number = squad.first_robot + robot;
+            let mut random = Philox::new(course.seed, number, 0, *step, Purpose::SupervisorObservation);
+            squad.sense(course, robot, forces[robot][0], commands[robot], &mut random, row);
+        }
+        self.supervisor.decide(observations, forces, workspace, commands);
+    }
+}
