@@ -8,6 +8,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use policy::write_atomic;
 use serde::{Deserialize, Serialize};
 
 use crate::statistics::{mean, wilson_interval};
@@ -297,16 +298,6 @@ impl Results {
         }
         Ok(())
     }
-}
-
-/// Writes beside the target, flushes to the disk, then renames over it.
-fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    use io::Write as _;
-    let temporary = path.with_extension("partial");
-    let mut file = fs::File::create(&temporary)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    fs::rename(&temporary, path)
 }
 
 #[cfg(test)]
