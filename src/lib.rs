@@ -6,6 +6,7 @@
 pub mod config;
 pub mod error;
 pub mod interrupt;
+pub mod judging;
 pub mod learner;
 pub mod metrics;
 pub mod policies;

@@ -7,7 +7,7 @@ use guidedog::error::{BadInput, with_causes};
 
 mod verbs;
 
-use verbs::{inspect, train};
+use verbs::{evaluate, inspect, train};
 
 /// Trains, judges and shows a robotic guide dog that understands the pull of a hand on its harness.
 #[derive(Debug, Parser)]
@@ -20,17 +20,21 @@ struct Cli {
 const EXAMPLES: &str = "\
 Examples:
   guidedog train locomotion --name walk      train the walking policy into runs/walk
+  guidedog train supervisor --name guide     train its supervisor
+  guidedog evaluate                          judge the shipped policies on seventeen pulls
   guidedog inspect robot                     ANYmal D with its harness";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
     Train(train::Arguments),
+    Evaluate(evaluate::Arguments),
     Inspect(inspect::Arguments),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().verb {
         Verb::Train(arguments) => train::run(&arguments),
+        Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Inspect(arguments) => inspect::run(&arguments),
     };
     result.unwrap_or_else(|error| {

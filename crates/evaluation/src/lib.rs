@@ -1,4 +1,8 @@
 //! Suites, success criteria, statistics and the report.
+mod guided;
+pub mod judge;
+pub mod motion;
 pub mod report;
 pub mod results;
 pub mod statistics;
+pub mod suite;

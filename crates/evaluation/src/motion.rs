@@ -48,9 +48,8 @@ impl Motion {
         let count = judged.len() as f64;
         let mean = |axis: usize| judged.iter().map(|s| f64::from(s.velocity[axis])).sum::<f64>() / count;
         let start = judged[0].position;
-        let distance = |s: &Sample| {
-            f64::from(s.position[0] - start[0]).hypot(f64::from(s.position[1] - start[1]))
-        };
+        let distance =
+            |s: &Sample| f64::from(s.position[0] - start[0]).hypot(f64::from(s.position[1] - start[1]));
         let turned = |range: &std::ops::Range<usize>| {
             f64::from(samples[range.end - 1].yaw) - f64::from(samples[range.start].yaw)
         };

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use policy::write_atomic;
 use serde::{Deserialize, Serialize};
+pub use tasks::guidance::Behavior;
 
 use crate::statistics::{mean, wilson_interval};
 
@@ -26,21 +27,6 @@ pub enum Group {
     Outside,
 }
 
-/// What the handler means by a pull: the four labels of the paper's Table II.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Behavior {
-    /// Straight ahead at the guiding speed.
-    #[default]
-    Walk,
-    /// Stand still.
-    Stop,
-    /// Ahead and around.
-    Turn,
-    /// Around on the spot.
-    Spin,
-}
-
 impl Group {
     /// All groups, in the order of tables and legends.
     pub const ALL: [Self; 3] = [Self::Trained, Self::Edge, Self::Outside];
@@ -55,28 +41,7 @@ impl Group {
     }
 }
 
-impl Behavior {
-    /// All behaviors, in the order of tables and legends.
-    pub const ALL: [Self; 4] = [Self::Walk, Self::Stop, Self::Turn, Self::Spin];
-
-    /// The name used in `results.json`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Walk => "walk",
-            Self::Stop => "stop",
-            Self::Turn => "turn",
-            Self::Spin => "spin",
-        }
-    }
-}
-
 impl fmt::Display for Group {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(self.name())
-    }
-}
-
-impl fmt::Display for Behavior {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.pad(self.name())
     }

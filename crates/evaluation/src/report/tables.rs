@@ -5,10 +5,6 @@ use super::markup::{Element, shortened};
 use super::number::{fixed, percentage};
 use crate::results::{Behavior, BehaviorReward, CaseResult, Results};
 
-/// Forward speed that Table II of the paper asks for in walk and turn \[m/s\].
-const GUIDING_SPEED: f64 = 0.8;
-/// Yaw rate that Table II asks for in turn and spin, for each newton of f_y \[rad/s/N\].
-const YAW_RATE_PER_NEWTON: f64 = 0.02;
 /// The order in which the paper speaks of its behaviors.
 const PAPER_ORDER: [Behavior; 4] = [Behavior::Stop, Behavior::Spin, Behavior::Walk, Behavior::Turn];
 
@@ -102,7 +98,7 @@ fn case_heads(baselines: &[Results]) -> Element {
 }
 
 fn case_row(case: &CaseResult, baselines: &[Results]) -> Element {
-    let [forward, yaw_rate] = targets(case);
+    let [forward, _, yaw_rate] = case.behavior.target([case.fx as f32, case.fy as f32, 0.0]).map(f64::from);
     let [success, low, high] = [case.success_rate, case.wilson_low, case.wilson_high].map(percentage);
     // A case that a baseline has not run shows as not a number does.
     let success_of =
@@ -116,13 +112,6 @@ fn case_row(case: &CaseResult, baselines: &[Results]) -> Element {
         .child(beside(fixed(case.mean_wz, 2), fixed(yaw_rate, 2)))
         .child(cell(fixed(case.heading_drift_deg_per_10s, 1)))
         .children(others)
-}
-
-/// Forward speed \[m/s\] and yaw rate \[rad/s\] of Table II.
-fn targets(case: &CaseResult) -> [f64; 2] {
-    let ahead = matches!(case.behavior, Behavior::Walk | Behavior::Turn);
-    let around = matches!(case.behavior, Behavior::Turn | Behavior::Spin);
-    [if ahead { GUIDING_SPEED } else { 0.0 }, if around { YAW_RATE_PER_NEWTON * case.fy } else { 0.0 }]
 }
 
 fn table(caption: Element, head: Element, body: Element) -> Element {
@@ -153,18 +142,4 @@ fn beside(value: String, target: String) -> Element {
 fn group_cell(case: &CaseResult) -> Element {
     let dot = Element::classed("span", &format!("dot {}", case.group)).with("aria-hidden", "true").text("● ");
     Element::classed("td", "word").child(dot).text(case.group.name())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn targets_are_those_of_table_ii() {
-        let targets_of = |behavior, fy| targets(&CaseResult { behavior, fy, ..CaseResult::default() });
-        assert_eq!(targets_of(Behavior::Walk, 20.0), [0.8, 0.0]);
-        assert_eq!(targets_of(Behavior::Stop, -20.0), [0.0, 0.0]);
-        assert_eq!(targets_of(Behavior::Turn, 50.0), [0.8, 1.0]);
-        assert_eq!(targets_of(Behavior::Spin, -30.0), [0.0, -0.6]);
-    }
 }
