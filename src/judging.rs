@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{Result, anyhow};
 use evaluation::judge::Arena;
 use evaluation::report::PathTrace;
-use evaluation::results::Results;
+use evaluation::results::{BehaviorReward, CaseResult, Results};
 use evaluation::suite::Case;
 use tasks::guidance::Supervisor;
 
@@ -63,19 +63,24 @@ fn run_suite(
     supervisor: &Supervisor,
     cases: &[Case],
     name: &str,
-) -> Result<(Vec<evaluation::results::CaseResult>, Vec<PathTrace>)> {
+) -> Result<(Vec<CaseResult>, Vec<PathTrace>)> {
+    let what = format!("judging {name}: squad");
+    with_progress(&what, |progress| arena.judge(supervisor, cases, progress)).map_err(|m| anyhow!(m))
+}
+
+/// Runs work that reports every piece it has done, with the number of all, from any thread.
+pub fn with_progress<T>(what: &str, work: impl FnOnce(&(dyn Fn(usize) + Sync)) -> T) -> T {
     let done = AtomicUsize::new(0);
     let bar: Mutex<Option<Progress>> = Mutex::new(None);
-    let progress = |total: usize| {
+    work(&|total: usize| {
         let made = done.fetch_add(1, Ordering::Relaxed) as u64 + 1;
         let Ok(mut bar) = bar.lock() else { return };
-        let bar = bar.get_or_insert_with(|| Progress::new(format!("judging {name}: squad"), 0, total as u64));
+        let bar = bar.get_or_insert_with(|| Progress::new(what, 0, total as u64));
         bar.update(made, "");
         if made == total as u64 {
             bar.finish("");
         }
-    };
-    arena.judge(supervisor, cases, &progress).map_err(|message| anyhow!(message))
+    })
 }
 
 /// The table a person reads on the terminal.
@@ -106,7 +111,7 @@ pub fn table(results: &Results) -> String {
             case.heading_drift_deg_per_10s
         );
     }
-    let paper = evaluation::results::BehaviorReward::PAPER;
+    let paper = BehaviorReward::PAPER;
     text += "\nbehavior reward   total   stop   spin   walk   turn\n";
     let rows = [
         (results.supervisor.as_str(), results.reward),

@@ -7,7 +7,7 @@ use guidedog::error::{BadInput, with_causes};
 
 mod verbs;
 
-use verbs::{evaluate, inspect, train};
+use verbs::{config, evaluate, inspect, reproduce, train};
 
 /// Trains, judges and shows a robotic guide dog that understands the pull of a hand on its harness.
 #[derive(Debug, Parser)]
@@ -19,6 +19,7 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
+  guidedog reproduce                         train the supervisor, judge it, write the report
   guidedog train locomotion --name walk      train the walking policy into runs/walk
   guidedog train supervisor --name guide     train its supervisor
   guidedog evaluate                          judge the shipped policies on seventeen pulls
@@ -26,15 +27,19 @@ Examples:
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Reproduce(reproduce::Arguments),
     Train(train::Arguments),
     Evaluate(evaluate::Arguments),
+    Config(config::Arguments),
     Inspect(inspect::Arguments),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().verb {
+        Verb::Reproduce(arguments) => reproduce::run(&arguments),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
+        Verb::Config(arguments) => config::run(&arguments),
         Verb::Inspect(arguments) => inspect::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -1,5 +1,6 @@
 //! What a training run is configured with: how long, how to learn, what task.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use tasks::{guidance::GuidanceConfig, locomotion::LocomotionConfig};
 
@@ -7,7 +8,7 @@ use crate::error::{BadInput, OrBadInput as _};
 use crate::training::TrainingSettings;
 
 /// A training of some task.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run<T> {
     /// How long, how many robots, what is kept.
@@ -24,7 +25,7 @@ pub type LocomotionRun = Run<LocomotionConfig>;
 pub type SupervisorRun = Run<GuidanceConfig>;
 
 /// The settings of a task, with the learner's settings it learns fastest with.
-pub trait TaskConfig: Default + Clone + Serialize + DeserializeOwned {
+pub trait TaskConfig: Default + Clone + JsonSchema + Serialize + DeserializeOwned {
     /// Refuses what cannot be run, with the key, its value and what is allowed.
     ///
     /// # Errors

@@ -7,16 +7,17 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::evaluation::locomotion::judge_locomotion;
 use guidedog::evaluation::report::{self, ReportData};
 use guidedog::evaluation::suite::{SUITES, suite};
-use guidedog::judging::{Names, judge, table};
+use guidedog::judging::{Names, judge, table, with_progress};
 use guidedog::policies::{self, SHIPPED};
 
 /// Judges a supervisor and a locomotion policy on a suite of pulls
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// The pulls: paper17 or mirror17
+    /// paper17 or mirror17: pulls; locomotion: the walking by itself, on all grounds
     #[arg(long, default_value = "paper17")]
     suite: String,
     /// Episodes of every case
@@ -52,6 +53,7 @@ const EXAMPLES: &str = "\
 Examples:
   guidedog evaluate                                        the shipped policies on the 17 pulls
   guidedog evaluate --supervisor rules --ground rough      Table II as a rule, on rough ground of level 5
+  guidedog evaluate --suite locomotion                     commands under pulls; every kind of ground by level
   guidedog evaluate --supervisor runs/guide/policy.onnx --json guide.json --report guide.html
 
 Success is judged over [2, 8] s after the pull sets in; falls count over the whole episode. An episode is
@@ -64,9 +66,16 @@ enum GroundName {
     Stairs,
 }
 
+/// The suite that judges the walking by itself.
+const LOCOMOTION: &str = "locomotion";
+
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
+    if arguments.suite == LOCOMOTION {
+        return run_locomotion(arguments);
+    }
     let cases = suite(&arguments.suite).ok_or_else(|| {
-        BadInput::new(format!("--suite {}: must be one of {}", arguments.suite, SUITES.join(", ")))
+        let known = SUITES.join(", ");
+        BadInput::new(format!("--suite {}: must be one of {known}, {LOCOMOTION}", arguments.suite))
     })?;
     let locomotion = policies::locomotion(&arguments.locomotion)?;
     let supervisor = policies::supervisor(&arguments.supervisor)?;
@@ -98,6 +107,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         let title = format!("guidedog: {} under {}", arguments.supervisor, arguments.suite);
         let data = ReportData { title, judged: results, traces, ..ReportData::default() };
         report::write(&data, path).or_bad_input(|| format!("--report {}", named(path)))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The locomotion policy alone, on grounds of its own choice.
+fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
+    let policy = policies::locomotion(&arguments.locomotion)?;
+    let results = with_progress("judging locomotion: row", |progress| {
+        let episodes = arguments.episodes as usize;
+        judge_locomotion(&policy, &arguments.locomotion, episodes, arguments.seed, progress)
+    })
+    .map_err(BadInput::new)?;
+    print!("{}", results.tables());
+    if let Some(path) = &arguments.json {
+        let text = serde_json::to_string_pretty(&results)? + "\n";
+        let what = || format!("--json {}", path.display());
+        guidedog::run_folder::write_atomic(path, text.as_bytes()).or_bad_input(what)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,5 +1,7 @@
 //! The verbs of the program, one file each.
 
+pub(crate) mod config;
 pub(crate) mod evaluate;
 pub(crate) mod inspect;
+pub(crate) mod reproduce;
 pub(crate) mod train;

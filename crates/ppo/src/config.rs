@@ -1,9 +1,10 @@
 //! Settings of the learner.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Settings of PPO. Defaults: Isaac Lab's ANYmal D rough task (`rsl_rl_ppo_cfg.py`) unless a field says otherwise.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
     /// Widths of the actor's hidden layers.

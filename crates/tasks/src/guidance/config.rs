@@ -1,5 +1,6 @@
 //! Settings of the guidance task.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::PullConfig;
@@ -14,7 +15,7 @@ pub const COMMAND_LOW: [f32; 3] = [-0.3, -0.4, -1.5];
 pub const COMMAND_HIGH: [f32; 3] = [1.2, 0.4, 1.5];
 
 /// Settings of the guidance task. Defaults are the paper's where it gives them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuidanceConfig {
     /// The locomotion policy, an ONNX file; `shipped` is the one inside the program.

@@ -1,10 +1,11 @@
 //! The handler's pulls in training: constant in the heading frame, drawn at the start and every few seconds.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spatial::Philox;
 
 /// Ranges of the pulls, heading frame. Defaults: the paper's setting.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PullConfig {
     /// Along x: below zero pulls back \[N\].

@@ -1,5 +1,6 @@
 //! The velocities a robot is asked for.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spatial::Philox;
 
@@ -7,7 +8,7 @@ use spatial::Philox;
 ///
 /// Drawn directly, without Isaac Lab's heading mode: the supervisor commands yaw rates, and needs standing and turning on
 /// the spot far more often than uniform draws give.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CommandConfig {
     /// Forward velocity, ± \[m/s\]. Source: design.

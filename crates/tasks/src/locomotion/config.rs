@@ -1,6 +1,7 @@
 //! Settings of the locomotion task.
 
 use physics::Config as PhysicsConfig;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use terrain::{GridConfig, TerrainGrid};
 
@@ -8,7 +9,7 @@ use super::{CommandConfig, DisturbanceConfig, RewardConfig};
 use crate::simulation::{Randomization, ResetSpread};
 
 /// The ground robots learn on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Terrain {
     /// Level ground.
@@ -32,7 +33,7 @@ impl Terrain {
 }
 
 /// Settings of the locomotion task.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LocomotionConfig {
     /// The ground.

@@ -1,5 +1,6 @@
 //! Forces that push the robot while it learns to walk: at its base, and at the hand behind it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spatial::Philox;
 
@@ -7,7 +8,7 @@ use spatial::Philox;
 ///
 /// Ranges: design section 5. A hand 1.2 m behind the base turns the robot against the pull, and no policy trained without
 /// such forces withstood them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DisturbanceConfig {
     /// Strength of all disturbances, 0 to 1.

@@ -4,6 +4,7 @@
 //! tracking terms, since the wide ones hardly distinguish 0.1 m/s of error while a supervisor's behavior reward does;
 //! standing still; a price on falling outside the clipped sum.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::simulation::BaseMotion;
@@ -34,7 +35,7 @@ pub struct StepQuantities<'a> {
 }
 
 /// How the terms make one reward.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Combination {
     /// Their sum, as Isaac Lab has it. Falling pays at the start, when penalties outweigh all else.
@@ -46,7 +47,7 @@ pub enum Combination {
 }
 
 /// Weights of the terms, per second of simulated time (a step counts 0.02).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RewardConfig {
     /// exp(−|e_xy|² / `tracking_variance`). Isaac Lab: 1.

@@ -1,11 +1,12 @@
 //! How robots differ from one another: drawn once per environment, constant from then on.
 
 use robot::{Harness, RobotModel};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, Philox, Purpose, Vec3};
 
 /// Ranges of what differs between robots.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Randomization {
     /// Mass added to the base \[kg\], its inertia scaled alike. Source: Isaac Lab, ±5 kg.

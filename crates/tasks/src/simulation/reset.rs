@@ -1,5 +1,6 @@
 //! Where an episode begins.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spatial::{Philox, Quat};
 use terrain::HeightField;
@@ -9,7 +10,7 @@ use super::{Group, Simulation};
 /// How far the first state of an episode may be from standing still at the spawn point.
 ///
 /// Defaults: Isaac Lab's velocity task (`velocity_env_cfg.py`, events).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ResetSpread {
     /// Position along x and y, ± \[m\].

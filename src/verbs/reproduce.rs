@@ -1,0 +1,146 @@
+//! `guidedog reproduce`: the main job, from the shipped locomotion policy (or from nothing) to a report.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context as _, Result};
+use clap::Args;
+use guidedog::config::resolve_text;
+use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::evaluation::report::{self, Curve, ReportData, TrainingCurves};
+use guidedog::evaluation::results::{Behavior, Results};
+use guidedog::evaluation::suite::suite;
+use guidedog::interrupt::Interrupt;
+use guidedog::judging::{Names, judge, table};
+use guidedog::learner::{Start, learn};
+use guidedog::metrics::MetricsTable;
+use guidedog::policies;
+use guidedog::run_config::{LocomotionRun, SupervisorRun};
+use guidedog::run_folder::RunFolder;
+use guidedog::training::Outcome;
+
+/// Trains the supervisor over the shipped locomotion policy, judges it and writes the report
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Name of the run: a folder in runs/
+    #[arg(long, default_value = "reproduce")]
+    name: String,
+    /// Train locomotion too, on flat ground
+    #[arg(long)]
+    from_scratch: bool,
+    /// One setting of the supervisor's training, e.g. training.iterations=50
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Episodes of every case
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    episodes: u64,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  guidedog reproduce                    a quarter of an hour on two cores
+  guidedog reproduce --from-scratch     begins with a robot that cannot walk
+
+Stop it with Ctrl-C and start it again with the same words: it goes on where it was. It leaves
+runs/NAME/report.html and runs/NAME/results.json.";
+
+/// The locomotion training of `--from-scratch`.
+const FLAT_LOCOMOTION: &str = include_str!("../../configs/locomotion-flat.toml");
+
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let began = Instant::now();
+    let interrupt = Interrupt::watch()?;
+    let root = Path::new("runs");
+    let mut settings = arguments.set.clone();
+    if arguments.from_scratch {
+        let run = RunFolder::open(root, &format!("{}-locomotion", arguments.name))?;
+        let config: LocomotionRun = resolve_text("configs/locomotion-flat.toml", FLAT_LOCOMOTION, &[])?;
+        eprintln!("1. walking, in {}", run.path().display());
+        if learn(&run, &config, &Start::Resume, &interrupt)? == Outcome::Interrupted {
+            return Ok(stopped());
+        }
+        settings.insert(0, format!("task.locomotion={:?}", run.file("policy.onnx").display().to_string()));
+        settings.insert(1, "task.terrain=\"flat\"".into());
+    }
+    let config: SupervisorRun = resolve_text("defaults", "", &settings)?;
+    config.validate()?;
+    let run = RunFolder::open(root, &arguments.name)?;
+    eprintln!("training the supervisor, in {}", run.path().display());
+    if learn(&run, &config, &Start::Resume, &interrupt)? == Outcome::Interrupted {
+        return Ok(stopped());
+    }
+    eprintln!("judging it beside its baselines");
+    let data = judge_all(&run, &config, arguments.episodes as usize, &interrupt)?;
+    let Some(mut data) = data else { return Ok(stopped()) };
+    data.notes.push(("wall time of this start".into(), format!("{} s", began.elapsed().as_secs())));
+    data.judged.write(&run.file("results.json")).context("results.json")?;
+    let path = run.file("report.html");
+    report::write(&data, &path).with_context(|| path.display().to_string())?;
+    println!("{}", table(&data.judged));
+    println!("report: {}", path.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn stopped() -> ExitCode {
+    println!("stopped; go on with the same command");
+    ExitCode::SUCCESS
+}
+
+/// Judges the run's supervisor and the baselines on the same episodes; `None` if the user stops it.
+fn judge_all(
+    run: &RunFolder,
+    config: &SupervisorRun,
+    episodes: usize,
+    interrupt: &Interrupt,
+) -> Result<Option<ReportData>> {
+    let locomotion = &config.task.locomotion;
+    let setting =
+        Setting { ground: Ground::Flat, level: 0, randomize: false, episodes, seed: config.training.seed };
+    let arena = Arena::new(policies::locomotion(locomotion)?, setting).map_err(anyhow::Error::msg)?;
+    let cases = suite("paper17").context("the suite paper17")?;
+    let own = run.file("policy.onnx").display().to_string();
+    let mut all: Vec<Results> = Vec::new();
+    let mut data = ReportData { title: "guidedog: every pull understood?".into(), ..ReportData::default() };
+    for source in [own.as_str(), "rules", "dominance", "oracle"] {
+        if interrupt.requested() {
+            return Ok(None);
+        }
+        let supervisor = policies::supervisor(source)?;
+        let name = if source == own { "learned" } else { source };
+        let names =
+            Names { suite: "paper17".into(), locomotion: locomotion.clone(), supervisor: name.into() };
+        let (results, traces) = judge(&arena, &supervisor, &cases, &names)?;
+        if source == own {
+            data.traces = traces;
+        }
+        all.push(results);
+    }
+    data.judged = all.remove(0);
+    data.baselines = all;
+    data.training = training_curves(run)?;
+    data.notes = vec![
+        ("locomotion policy".into(), locomotion.clone()),
+        ("seed".into(), config.training.seed.to_string()),
+        ("robots trained on".into(), config.training.num_envs.to_string()),
+        ("iterations".into(), config.training.iterations.to_string()),
+        ("ground trained on".into(), format!("{:?}", config.task.terrain).to_lowercase()),
+        ("version".into(), env!("CARGO_PKG_VERSION").into()),
+    ];
+    Ok(Some(data))
+}
+
+fn training_curves(run: &RunFolder) -> Result<Option<TrainingCurves>> {
+    let metrics = MetricsTable::open(&run.file("metrics.csv"), u64::MAX).context("metrics.csv")?;
+    let curve = |name: &str| Curve {
+        name: name.to_owned(),
+        points: metrics.column(&format!("behavior_reward/{name}")),
+    };
+    let total = curve("total");
+    if total.points.is_empty() {
+        return Ok(None);
+    }
+    let behaviors = Behavior::ALL.map(|behavior| (behavior, curve(behavior.name())));
+    Ok(Some(TrainingCurves { total, behaviors: behaviors.to_vec() }))
+}
