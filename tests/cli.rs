@@ -1,6 +1,9 @@
 //! The program from outside: what it prints, and how it refuses what it cannot use.
 
+use std::path::PathBuf;
 use std::process::{Command, Output};
+
+use guidedog::policy::{Activation, Linear, Mlp, write_onnx};
 
 fn guidedog(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_guidedog")).args(arguments).output().expect("the program starts")
@@ -23,7 +26,13 @@ fn refuses(arguments: &[&str], parts: &[&str]) {
 
 #[test]
 fn help_and_version_work_everywhere() {
-    for verb in [&["--help"][..], &["inspect", "--help"], &["inspect", "robot", "--help"]] {
+    let verbs = [
+        &["--help"][..],
+        &["inspect", "--help"],
+        &["inspect", "robot", "--help"],
+        &["inspect", "policy", "--help"],
+    ];
+    for verb in verbs {
         let output = guidedog(verb);
         assert!(output.status.success() && stdout(&output).contains("Usage:"), "{verb:?}");
     }
@@ -52,4 +61,96 @@ fn the_built_in_robot_is_shown_with_its_harness() {
 fn a_robot_file_that_is_missing_or_no_urdf_is_refused_with_its_name() {
     refuses(&["inspect", "robot", "no/such.urdf"], &["no/such.urdf", "No such file"]);
     refuses(&["inspect", "robot", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")], &["Cargo.toml"]);
+}
+
+/// A file of this test process, removed at the end.
+struct PolicyFile(PathBuf);
+
+impl PolicyFile {
+    fn new(name: &str, bytes: &[u8]) -> Self {
+        let path = std::env::temp_dir().join(format!("guidedog-cli-{}-{name}.onnx", std::process::id()));
+        std::fs::write(&path, bytes).unwrap();
+        Self(path)
+    }
+
+    fn path(&self) -> &str {
+        self.0.to_str().unwrap()
+    }
+}
+
+impl Drop for PolicyFile {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// A supervisor of 226 · 8 + 8 + 8 · 3 + 3 = 1843 parameters, the last command limited on one side only.
+fn supervisor() -> Vec<u8> {
+    let layer = |inputs: usize, outputs: usize| Linear {
+        inputs,
+        outputs,
+        weight: vec![0.1; inputs * outputs],
+        bias: vec![0.0; outputs],
+    };
+    let mlp = Mlp {
+        layers: vec![layer(226, 8), layer(8, 3)],
+        activation: Activation::Tanh,
+        output_limits: Some((vec![-0.3, -0.4, f32::NEG_INFINITY], vec![1.2, 0.4, 1.5])),
+    };
+    let entries = [("command_high", "1.2,0.4,1.5"), ("remark", "two\nlines, \u{1b}[31mω")];
+    write_onnx(&mlp, &entries.map(|(key, value)| (key.to_owned(), value.to_owned())))
+}
+
+#[test]
+fn a_policy_is_shown_with_its_limits_and_metadata() {
+    let file = PolicyFile::new("shown", &supervisor());
+    let text = stdout(&guidedog(&["inspect", "policy", file.path()]));
+    let lines = [
+        &format!("{}: 1843 parameters", file.path()),
+        "inputs: 226 (as many as a supervisor observation has)",
+        "layer 0: 226 to 8, then tanh",
+        "layer 1: 8 to 3",
+        "outputs: 3",
+        "  0: -0.3 to 1.2",
+        "  1: -0.4 to 0.4",
+        "  2: -inf to 1.5",
+        "metadata:",
+        "  command_high: 1.2,0.4,1.5",
+        "  remark: two\\nlines, \\u{1b}[31mω",
+    ];
+    assert_eq!(text.lines().collect::<Vec<_>>(), lines);
+}
+
+#[test]
+fn a_policy_is_shown_to_programs() {
+    let file = PolicyFile::new("json", &supervisor());
+    let output = guidedog(&["inspect", "policy", file.path(), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let expected = serde_json::json!({
+        "inputs": 226,
+        "outputs": 3,
+        "layers": [{"inputs": 226, "outputs": 8}, {"inputs": 8, "outputs": 3}],
+        "activation": "tanh",
+        "output_low": [-0.3, -0.4, null],
+        "output_high": [1.2, 0.4, 1.5],
+        "parameters": 1843,
+        "metadata": {"command_high": "1.2,0.4,1.5", "remark": "two\nlines, \u{1b}[31mω"},
+    });
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_policy_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason() {
+    refuses(&["inspect", "policy", "no/such.onnx"], &["no/such.onnx", "No such file"]);
+    refuses(&["inspect", "policy"], &["FILE"]);
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+    refuses(&["inspect", "policy", manifest], &["Cargo.toml", "not a whole ONNX file"]);
+    let whole = supervisor();
+    let cut = PolicyFile::new("cut", &whole[..whole.len() / 2]);
+    refuses(&["inspect", "policy", cut.path()], &[cut.path(), "not a whole ONNX file"]);
+    let mut other = whole;
+    let at = other.windows(4).position(|word| word == b"Tanh").unwrap();
+    other[at..at + 4].copy_from_slice(b"Sinh");
+    let other = PolicyFile::new("operator", &other);
+    refuses(&["inspect", "policy", other.path(), "--json"], &[other.path(), "operator Sinh"]);
 }

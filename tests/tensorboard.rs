@@ -1,8 +1,9 @@
 //! Event files are read back by TensorBoard's own loader. Skips, saying so, where Python has no `tensorboard`.
 
-use std::process::Command;
+mod python;
 
 use guidedog::tensorboard::EventWriter;
+use python::{has_packages, python};
 
 const READER: &str = r#"
 import sys
@@ -12,15 +13,9 @@ for tag in sorted(events.Tags()["scalars"]):
     print(tag, *(f"{e.step}:{e.value:g}" for e in events.Scalars(tag)))
 "#;
 
-fn python() -> Command {
-    Command::new(std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into()))
-}
-
 #[test]
 fn tensorboard_reads_every_point_and_forgets_those_a_resumed_run_repeats() {
-    let importable = python().args(["-c", "import tensorboard"]).output();
-    if !importable.is_ok_and(|output| output.status.success()) {
-        println!("skipped: python3 with the package tensorboard is not at hand");
+    if !has_packages("tensorboard") {
         return;
     }
     let folder = std::env::temp_dir().join(format!("guidedog-tensorboard-{}", std::process::id()));

@@ -1,4 +1,9 @@
-//! Quantities nobody needs to step, but everybody to check: momentum, energy.
+//! Quantities nobody needs to step, but everybody to check: momentum, energy, the equation of motion.
+//!
+//! Without contacts and joint limits a robot moves by `M(q) v̇ + bias(q, v) = applied force`. Degrees of freedom are in
+//! the order base angular, base linear, joints (model order); quantities of the base are along its axes. The base's
+//! linear `v̇` is the acceleration of the base origin in the world, turned into the base's axes: `r_wbᵀ p̈`. The rate
+//! of change of [`State::base_linear_velocity`](crate::State), whose axes turn, is that minus ω × v.
 
 use spatial::{Lane, Vec3};
 
@@ -6,6 +11,9 @@ use crate::{
     block::Block,
     engine::Engine,
     kinematics::{Spatial, forward_kinematics},
+    mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force},
+    step,
+    structure::BASE_DOFS,
 };
 
 impl<L: Lane> Block<L> {
@@ -36,5 +44,66 @@ impl<L: Lane> Block<L> {
         let r_wb = state.base_orientation.to_matrix();
         let angular = total.angular - center.cross(total.linear);
         ([r_wb * angular, r_wb * total.linear], L::splat(0.5) * twice_energy)
+    }
+
+    /// Mass matrix with armature, full and symmetric, row by row: kg m² where both degrees of freedom turn, kg m
+    /// where one does, kg where none does.
+    pub fn mass_matrix(&mut self, engine: &Engine<L>) -> Vec<L> {
+        self.fill_mass_matrix(engine);
+        let structure = engine.structure();
+        let dofs = structure.num_dofs();
+        let mut full = vec![L::zero(); dofs * dofs];
+        for dof in 0..dofs {
+            let row = &self.workspace.factor[structure.row_start(dof)..];
+            for (&entry, &ancestor) in row.iter().zip(structure.chain(dof)) {
+                full[dof * dofs + ancestor] = entry;
+                full[ancestor * dofs + dof] = entry;
+            }
+        }
+        full
+    }
+
+    /// The generalized force that gravity and velocity take, one entry a degree of freedom \[N m or N\]: what must be
+    /// applied for `v̇` to be zero.
+    pub fn bias_force(&mut self, engine: &Engine<L>) -> Vec<L> {
+        let Self { state, parameters, workspace: w, .. } = self;
+        forward_kinematics(engine.structure(), parameters, state, &mut w.links);
+        step::bias(engine, state, state.base_orientation.to_matrix(), w);
+        w.force.clone()
+    }
+
+    /// The acceleration `v̇` under these joint torques \[N m\] and the forces of [`Block::input`]; neither ground nor
+    /// joint limits nor servos act. It comes from the same factor a step uses.
+    ///
+    /// # Panics
+    /// If there is not one torque for each joint.
+    pub fn forward_dynamics(&mut self, engine: &Engine<L>, joint_torque: &[L]) -> Vec<L> {
+        assert_eq!(joint_torque.len(), engine.num_joints(), "one torque a joint");
+        self.fill_mass_matrix(engine);
+        let structure = engine.structure();
+        let Self { state, parameters, input, workspace: w, .. } = self;
+        factorize(structure, &mut w.factor, &mut w.inverse_diagonal);
+        let r_wb = state.base_orientation.to_matrix();
+        step::bias(engine, state, r_wb, w);
+        step::subtract_from_base_forces(parameters, input, r_wb, &mut w.force);
+        for (force, &torque) in w.force[BASE_DOFS..].iter_mut().zip(joint_torque) {
+            *force = torque - *force;
+        }
+        // v̇ = L⁻¹ L⁻ᵀ (applied − bias).
+        whiten_force(structure, &w.factor, &w.inverse_diagonal, &mut w.force);
+        let mut acceleration = vec![L::zero(); structure.num_dofs()];
+        unwhiten_velocity(structure, &w.factor, &w.inverse_diagonal, &w.force, &mut acceleration);
+        acceleration
+    }
+
+    /// Fills the workspace's kinematics and, in place of the factor, the packed mass matrix.
+    fn fill_mass_matrix(&mut self, engine: &Engine<L>) {
+        let Self { state, parameters, workspace: w, .. } = self;
+        let structure = engine.structure();
+        forward_kinematics(structure, parameters, state, &mut w.links);
+        for (diagonal, joint) in w.diagonal.iter_mut().zip(&structure.joints) {
+            *diagonal = L::broadcast(joint.armature);
+        }
+        composite_rigid_body(structure, &w.links, &w.diagonal, &mut w.composite, &mut w.factor);
     }
 }

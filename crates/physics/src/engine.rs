@@ -94,6 +94,10 @@ impl<L: Lane> Engine<L> {
     pub fn num_joints(&self) -> usize {
         self.robot.joints.len()
     }
+    /// Number of degrees of freedom: six of the base, one a joint.
+    pub fn num_dofs(&self) -> usize {
+        self.structure.num_dofs()
+    }
     /// Number of contact spheres.
     pub fn num_contacts(&self) -> usize {
         self.robot.contacts.len()

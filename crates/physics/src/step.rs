@@ -8,13 +8,14 @@ use spatial::{Lane, Mat3, Vec3};
 use crate::{
     actuator::affine_torque,
     bias::bias_force,
-    block::Block,
+    block::{Block, Input, Parameters, State},
     contact::ContactFrame,
     engine::Engine,
     ground,
     kinematics::forward_kinematics,
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force, whiten_velocity},
     structure::{BASE_DOFS, broadcast},
+    workspace::Workspace,
 };
 
 /// Advances a block by one time step.
@@ -48,21 +49,9 @@ pub(crate) fn unconstrained_velocity<L: Lane>(engine: &Engine<L>, block: &mut Bl
     composite_rigid_body(structure, &w.links, &w.diagonal, &mut w.composite, &mut w.factor);
     factorize(structure, &mut w.factor, &mut w.inverse_diagonal);
 
-    let (angular, linear) = (state.base_angular_velocity, state.base_linear_velocity);
-    w.velocity[..BASE_DOFS].copy_from_slice(&[angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]);
-    w.velocity[BASE_DOFS..].copy_from_slice(&state.joint_velocity);
-    let gravity = r_wb.transpose_mul(Vec3::splat(engine.config.gravity));
-    bias_force(structure, &w.links, gravity, &w.velocity, &mut w.motion, &mut w.force);
-
     // Applied minus bias.
-    let hand = r_wb.transpose_mul(heading_to_world(r_wb, input.hand_force));
-    let base = r_wb.transpose_mul(heading_to_world(r_wb, input.base_force));
-    let moment = parameters.hand_position.cross(hand).to_array();
-    let force = (hand + base).to_array();
-    for i in 0..3 {
-        w.force[i] = moment[i] - w.force[i];
-        w.force[3 + i] = force[i] - w.force[3 + i];
-    }
+    bias(engine, state, r_wb, w);
+    subtract_from_base_forces(parameters, input, r_wb, &mut w.force);
     for (j, torque) in w.torque.iter().enumerate() {
         let applied = torque.damping.neg_mul_add(state.joint_velocity[j], torque.constant);
         w.force[BASE_DOFS + j] = applied - w.force[BASE_DOFS + j];
@@ -71,6 +60,34 @@ pub(crate) fn unconstrained_velocity<L: Lane>(engine: &Engine<L>, block: &mut Bl
     whiten_velocity(structure, &w.factor, &w.velocity, &mut w.whitened);
     for (x, &force) in w.whitened.iter_mut().zip(&w.force) {
         *x = dt.mul_add(force, *x);
+    }
+}
+
+/// Fills the workspace's velocity with the state's and its force with the bias force; needs the links' kinematics.
+#[inline(always)]
+pub(crate) fn bias<L: Lane>(engine: &Engine<L>, state: &State<L>, r_wb: Mat3<L>, w: &mut Workspace<L>) {
+    let (angular, linear) = (state.base_angular_velocity, state.base_linear_velocity);
+    w.velocity[..BASE_DOFS].copy_from_slice(&[angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]);
+    w.velocity[BASE_DOFS..].copy_from_slice(&state.joint_velocity);
+    let gravity = r_wb.transpose_mul(Vec3::splat(engine.config.gravity));
+    bias_force(engine.structure(), &w.links, gravity, &w.velocity, &mut w.motion, &mut w.force);
+}
+
+/// Replaces the base's part of the bias force by what the hand and the disturbance apply, minus it.
+#[inline(always)]
+pub(crate) fn subtract_from_base_forces<L: Lane>(
+    parameters: &Parameters<L>,
+    input: &Input<L>,
+    r_wb: Mat3<L>,
+    bias: &mut [L],
+) {
+    let hand = r_wb.transpose_mul(heading_to_world(r_wb, input.hand_force));
+    let base = r_wb.transpose_mul(heading_to_world(r_wb, input.base_force));
+    let moment = parameters.hand_position.cross(hand).to_array();
+    let force = (hand + base).to_array();
+    for i in 0..3 {
+        bias[i] = moment[i] - bias[i];
+        bias[3 + i] = force[i] - bias[3 + i];
     }
 }
 

@@ -74,6 +74,11 @@ impl Mlp {
         self.layers.last().map_or(0, |layer| layer.outputs)
     }
 
+    /// Weights and biases of all layers.
+    pub fn num_parameters(&self) -> usize {
+        self.layers.iter().map(Linear::num_parameters).sum()
+    }
+
     /// Checks that the layers fit together and hold finite numbers.
     ///
     /// # Errors
@@ -140,6 +145,11 @@ impl Mlp {
 }
 
 impl Linear {
+    /// Weights and biases.
+    pub fn num_parameters(&self) -> usize {
+        self.weight.len() + self.bias.len()
+    }
+
     /// `y = W x + b` for `batch` rows.
     ///
     /// # Panics

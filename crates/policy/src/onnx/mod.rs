@@ -1,5 +1,7 @@
 //! Policies as ONNX files, written and read by ourselves: the interface to every other engine.
 
+mod chain;
+mod constant;
 mod proto;
 mod read;
 mod write;
@@ -66,7 +68,10 @@ pub fn load_onnx(path: &Path) -> Result<OnnxPolicy, OnnxError> {
 mod tests {
     use prost::Message as _;
 
-    use super::{proto::ModelProto, *};
+    use super::{
+        proto::{ModelProto, NodeProto},
+        *,
+    };
     use crate::mlp::{Activation, ForwardWorkspace, Linear};
 
     fn network() -> Mlp {
@@ -137,9 +142,69 @@ mod tests {
         assert!(nan.unwrap_err().to_string().contains("NaN"));
     }
 
+    /// A file that the reader would have to misunderstand to accept.
+    #[track_caller]
+    fn assert_refused(change: impl FnOnce(&mut ModelProto), words: &[&str]) {
+        let error = changed(change).unwrap_err().to_string();
+        for word in words {
+            assert!(error.contains(word), "`{error}` does not say `{word}`");
+        }
+    }
+
+    #[test]
+    fn declared_widths_are_those_of_the_layers() {
+        use super::proto::ValueInfoProto;
+        fn widen(value: &mut ValueInfoProto, width: i64) {
+            let tensor = value.r#type.as_mut().unwrap().tensor_type.as_mut().unwrap();
+            tensor.shape.as_mut().unwrap().dim[1].dim_value = Some(width);
+        }
+        let input = |model: &mut ModelProto| widen(&mut model.graph.as_mut().unwrap().input[0], 235);
+        assert_refused(input, &["`obs`", "235", "3"]);
+        let output = |model: &mut ModelProto| widen(&mut model.graph.as_mut().unwrap().output[0], 12);
+        assert_refused(output, &["`actions`", "12", "2"]);
+    }
+
+    #[test]
+    fn a_file_that_ends_behind_its_graph_is_refused() {
+        assert_refused(|model| model.opset_import.clear(), &["version", "end"]);
+    }
+
+    #[test]
+    fn nothing_an_operator_takes_is_passed_over() {
+        // Node 0 is Gemm, 1 Elu, 2 Gemm, 3 Min, 4 Max.
+        let node = |i: usize, change: fn(&mut NodeProto)| {
+            move |model: &mut ModelProto| change(&mut model.graph.as_mut().unwrap().node[i])
+        };
+        let computed_bias = node(0, |gemm| gemm.input[2] = "elsewhere".into());
+        assert_refused(computed_bias, &["Gemm", "constant"]);
+        let third = node(3, |min| min.input.push("output_low".into()));
+        assert_refused(third, &["Min", "3 inputs"]);
+        let computed_bound = node(3, |clip| {
+            clip.op_type = Some("Clip".into());
+            clip.input[1] = "elsewhere".into();
+        });
+        assert_refused(computed_bound, &["Clip", "constant"]);
+        let as_bound = node(3, |clip| {
+            clip.op_type = Some("Clip".into());
+            clip.input.reverse();
+        });
+        assert_refused(as_bound, &["Clip", "first input"]);
+        let subtracted = node(3, |sub| {
+            sub.op_type = Some("Sub".into());
+            sub.input.reverse();
+        });
+        assert_refused(subtracted, &["Sub", "first input"]);
+    }
+
+    #[test]
+    fn a_constant_that_differs_from_row_to_row_is_refused() {
+        let tall = |model: &mut ModelProto| model.graph.as_mut().unwrap().initializer[1].dims = vec![5, 1];
+        assert_refused(tall, &["Gemm", "[5, 1]"]);
+    }
+
     #[test]
     fn normalizers_and_output_scales_fold_into_the_layers() {
-        use super::proto::{NodeProto, TensorProto};
+        use super::proto::TensorProto;
         let constant = |name: &str, values: &[f32]| TensorProto {
             dims: vec![values.len() as i64],
             data_type: Some(1),

@@ -1,7 +1,4 @@
-//! An ONNX file as a network: plain chains of affine layers and one activation, with whatever scales, shifts and limits
-//! stand before and behind them.
-//!
-//! Scales and shifts are folded into the neighboring layer, so the result takes raw observations.
+//! An ONNX file as a network: plain chains only, followed from the input to the output.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,363 +6,101 @@ use prost::Message as _;
 
 use super::{
     OnnxError, OnnxPolicy,
-    proto::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto},
+    chain::{Chain, attribute, operator, refuse},
+    constant::Constant,
+    proto::{GraphProto, ModelProto, ValueInfoProto},
 };
-use crate::mlp::{Activation, Linear, Mlp};
-
-/// Networks beyond this are refused before memory is asked for.
-const MAX_NUMBERS: usize = 1 << 26;
 
 /// Reads a file's bytes.
 ///
 /// # Errors
 /// The file is damaged, or holds something other than a plain chain; says which operator.
 pub fn read_onnx(bytes: &[u8]) -> Result<OnnxPolicy, OnnxError> {
-    let model = ModelProto::decode(bytes).map_err(|error| OnnxError::Damaged(error.to_string()))?;
-    let graph = model.graph.ok_or_else(|| OnnxError::Damaged("there is no graph in it".into()))?;
+    let damaged = |what: &str| OnnxError::Damaged(what.to_owned());
+    let model = ModelProto::decode(bytes).map_err(|error| damaged(&error.to_string()))?;
+    let graph = model.graph.ok_or_else(|| damaged("there is no graph in it"))?;
+    // Written behind the graph, so a file cut there lacks it.
+    if model.opset_import.is_empty() {
+        return Err(damaged("it names no version of the operators; its end may be missing"));
+    }
     let metadata: BTreeMap<_, _> = model
         .metadata_props
         .into_iter()
         .map(|entry| (entry.key.unwrap_or_default(), entry.value.unwrap_or_default()))
         .collect();
-    let mlp = Chain::read(&graph)?.into_mlp()?;
+    let constants = constants(&graph)?;
+    let input = single_input(&graph, &constants)?;
+    let mlp = follow(&graph, input, &constants)?.into_mlp()?;
+    check_width("input", input, mlp.inputs())?;
+    if let Some(output) = graph.output.first() {
+        check_width("output", output, mlp.outputs())?;
+    }
     Ok(OnnxPolicy { mlp, metadata })
 }
 
-/// A constant: its shape and numbers.
-#[derive(Clone)]
-struct Constant {
-    dims: Vec<usize>,
-    values: Vec<f32>,
+/// Initializers and `Constant` operators by name.
+fn constants(graph: &GraphProto) -> Result<HashMap<String, Constant>, OnnxError> {
+    let mut constants = HashMap::new();
+    for tensor in &graph.initializer {
+        constants.insert(tensor.name.clone().unwrap_or_default(), Constant::read(tensor)?);
+    }
+    for node in graph.node.iter().filter(|node| operator(node) == "Constant") {
+        let value = attribute(node, "value").and_then(|a| a.t.as_ref());
+        let tensor = value.ok_or_else(|| refuse(node, "a constant that is no tensor"))?;
+        constants.insert(node.output.first().cloned().unwrap_or_default(), Constant::read(tensor)?);
+    }
+    Ok(constants)
 }
 
-/// The chain as far as it has been followed.
-#[derive(Default)]
-struct Chain {
-    /// Shift and scale of the input: what comes in is `x · scale + shift`.
-    input: Affine,
-    layers: Vec<Linear>,
-    activation: Option<Activation>,
-    /// Activations after the layers; the last layer must have none.
-    activated: Vec<bool>,
-    low: Option<Vec<f32>>,
-    high: Option<Vec<f32>>,
+/// The input that is no constant: older files list their initializers among the inputs.
+fn single_input<'a>(
+    graph: &'a GraphProto,
+    constants: &HashMap<String, Constant>,
+) -> Result<&'a ValueInfoProto, OnnxError> {
+    let mut inputs = graph.input.iter().filter(|input| !constants.contains_key(name(input)));
+    match (inputs.next(), inputs.next()) {
+        (Some(input), None) => Ok(input),
+        _ => Err(OnnxError::Shape("the graph must have exactly one input".into())),
+    }
 }
 
-/// One factor and summand an entry; empty while nothing is known of the width.
-#[derive(Default)]
-struct Affine {
-    scale: Vec<f32>,
-    shift: Vec<f32>,
-}
-
-impl Chain {
-    fn read(graph: &GraphProto) -> Result<Self, OnnxError> {
-        let mut constants = HashMap::new();
-        for tensor in &graph.initializer {
-            constants.insert(tensor.name.clone().unwrap_or_default(), constant(tensor)?);
+/// Follows the value that starts as the input until it is the output.
+fn follow(
+    graph: &GraphProto,
+    input: &ValueInfoProto,
+    constants: &HashMap<String, Constant>,
+) -> Result<Chain, OnnxError> {
+    let output = graph.output.first().map(name).unwrap_or_default();
+    let mut current = name(input);
+    let mut chain = Chain::default();
+    for _ in 0..=graph.node.len() {
+        if current == output {
+            return Ok(chain);
         }
-        for node in graph.node.iter().filter(|node| operator(node) == "Constant") {
-            let value = attribute(node, "value").and_then(|a| a.t.as_ref());
-            let tensor = value.ok_or_else(|| refuse(node, "a constant that is no tensor"))?;
-            constants.insert(node.output.first().cloned().unwrap_or_default(), constant(tensor)?);
-        }
-        let inputs: Vec<_> = graph.input.iter().filter_map(|input| input.name.clone()).collect();
-        let mut inputs = inputs.into_iter().filter(|name| !constants.contains_key(name));
-        let (Some(mut current), None) = (inputs.next(), inputs.next()) else {
-            return Err(OnnxError::Shape("the graph must have exactly one input".into()));
+        let mut users = graph.node.iter().filter(|node| node.input.iter().any(|input| input == current));
+        let (Some(node), None) = (users.next(), users.next()) else {
+            return Err(OnnxError::Shape(format!("`{current}` must be used by exactly one operator")));
         };
-        let output = graph.output.first().and_then(|output| output.name.clone()).unwrap_or_default();
-        let mut chain = Self::default();
-        for _ in 0..=graph.node.len() {
-            if current == output {
-                return Ok(chain);
-            }
-            let mut users = graph.node.iter().filter(|node| node.input.contains(&current));
-            let (Some(node), None) = (users.next(), users.next()) else {
-                return Err(OnnxError::Shape(format!("`{current}` must be used by exactly one operator")));
-            };
-            chain.follow(node, &current, &constants)?;
-            current = node.output.first().cloned().unwrap_or_default();
-        }
-        Err(OnnxError::Shape(format!("the chain does not end in the output `{output}`")))
+        chain.follow(node, current, constants)?;
+        current = node.output.first().map(String::as_str).unwrap_or_default();
     }
-
-    /// Takes in one operator.
-    fn follow(
-        &mut self,
-        node: &NodeProto,
-        current: &str,
-        constants: &HashMap<String, Constant>,
-    ) -> Result<(), OnnxError> {
-        let is_first = node.input.first().is_some_and(|name| name == current);
-        let others: Vec<Option<&Constant>> = node
-            .input
-            .iter()
-            .filter(|name| *name != current && !name.is_empty())
-            .map(|name| constants.get(name))
-            .collect();
-        let other = |i: usize| {
-            let constant = others.get(i).copied().flatten();
-            constant.ok_or_else(|| refuse(node, "an input that is no constant"))
-        };
-        match operator(node) {
-            "Identity" => Ok(()),
-            "Gemm" if is_first => self.gemm(node, other(0)?, others.get(1).copied().flatten()),
-            "MatMul" if is_first => self.affine(node, other(0)?, false, None),
-            "Elu" | "Tanh" | "Relu" => self.activate(node),
-            "Add" => self.shift(node, &other(0)?.values, 1.0),
-            "Sub" if is_first => self.shift(node, &other(0)?.values, -1.0),
-            "Mul" => self.scale(node, &other(0)?.values),
-            "Div" if is_first => {
-                let inverse: Vec<f32> = other(0)?.values.iter().map(|value| 1.0 / value).collect();
-                self.scale(node, &inverse)
-            }
-            "Min" => self.limit(node, None, Some(&other(0)?.values)),
-            "Max" => self.limit(node, Some(&other(0)?.values), None),
-            "Clip" => self.clip(node, constants),
-            name => Err(OnnxError::Operator(name.to_owned())),
-        }
-    }
-
-    fn gemm(
-        &mut self,
-        node: &NodeProto,
-        weight: &Constant,
-        bias: Option<&Constant>,
-    ) -> Result<(), OnnxError> {
-        let number = |name, default: f32| attribute(node, name).and_then(|a| a.f).unwrap_or(default);
-        let flag = |name| attribute(node, name).and_then(|a| a.i).unwrap_or(0) != 0;
-        if number("alpha", 1.0) != 1.0 || number("beta", 1.0) != 1.0 || flag("transA") {
-            return Err(refuse(node, "alpha, beta or transA other than 1, 1 and 0"));
-        }
-        self.affine(node, weight, flag("transB"), bias)
-    }
-
-    /// Adds a layer; `transposed` weights are `outputs × inputs`.
-    fn affine(
-        &mut self,
-        node: &NodeProto,
-        weight: &Constant,
-        transposed: bool,
-        bias: Option<&Constant>,
-    ) -> Result<(), OnnxError> {
-        let [rows, columns] = weight.dims[..] else {
-            return Err(refuse(node, "a weight that is no matrix"));
-        };
-        let (inputs, outputs) = if transposed { (columns, rows) } else { (rows, columns) };
-        if let Some(before) = self.layers.last().filter(|layer| layer.outputs != inputs) {
-            let found = format!("takes {inputs} numbers, the layer before gives {}", before.outputs);
-            return Err(refuse(node, &found));
-        }
-        let mut layer = Linear { inputs, outputs, weight: weight.values.clone(), bias: vec![0.0; outputs] };
-        if !transposed {
-            for i in 0..inputs {
-                for o in 0..outputs {
-                    layer.weight[o * inputs + i] = weight.values[i * outputs + o];
-                }
-            }
-        }
-        if let Some(bias) = bias {
-            layer.bias = widened(node, &bias.values, outputs)?;
-        }
-        if self.layers.is_empty() {
-            self.fold_input(node, &mut layer)?;
-        }
-        self.layers.push(layer);
-        self.activated.push(false);
-        Ok(())
-    }
-
-    /// Folds what happens to the input before the first layer into it: W (s x + t) + b = (W s) x + (W t + b).
-    fn fold_input(&self, node: &NodeProto, layer: &mut Linear) -> Result<(), OnnxError> {
-        if self.input.scale.is_empty() {
-            return Ok(());
-        }
-        let scale = widened(node, &self.input.scale, layer.inputs)?;
-        let shift = widened(node, &self.input.shift, layer.inputs)?;
-        for (row, bias) in layer.weight.chunks_exact_mut(layer.inputs).zip(&mut layer.bias) {
-            *bias += row.iter().zip(&shift).map(|(w, t)| w * t).sum::<f32>();
-            row.iter_mut().zip(&scale).for_each(|(w, s)| *w *= s);
-        }
-        Ok(())
-    }
-
-    fn activate(&mut self, node: &NodeProto) -> Result<(), OnnxError> {
-        let activation = match operator(node) {
-            "Elu" => Activation::Elu,
-            "Tanh" => Activation::Tanh,
-            _ => Activation::Relu,
-        };
-        if attribute(node, "alpha").and_then(|a| a.f).unwrap_or(1.0) != 1.0 {
-            return Err(refuse(node, "alpha other than 1"));
-        }
-        if self.activation.is_some_and(|other| other != activation) {
-            return Err(refuse(node, "two kinds of activation in one network"));
-        }
-        match self.activated.last_mut() {
-            Some(activated) if !*activated => *activated = true,
-            _ => return Err(refuse(node, "an activation that follows no layer")),
-        }
-        self.activation = Some(activation);
-        Ok(())
-    }
-
-    fn shift(&mut self, node: &NodeProto, values: &[f32], sign: f32) -> Result<(), OnnxError> {
-        let signed: Vec<f32> = values.iter().map(|value| sign * value).collect();
-        self.transform(node, &[1.0], &signed)
-    }
-
-    fn scale(&mut self, node: &NodeProto, values: &[f32]) -> Result<(), OnnxError> {
-        self.transform(node, values, &[0.0])
-    }
-
-    /// y ← y · scale + shift, on the input or on the last layer's output.
-    fn transform(&mut self, node: &NodeProto, scale: &[f32], shift: &[f32]) -> Result<(), OnnxError> {
-        if self.low.is_some() || self.high.is_some() {
-            return Err(refuse(node, "arithmetic behind a limit"));
-        }
-        match (self.layers.last_mut(), self.activated.last()) {
-            (Some(layer), Some(false)) => {
-                let scale = widened(node, scale, layer.outputs)?;
-                let shift = widened(node, shift, layer.outputs)?;
-                for (o, row) in layer.weight.chunks_exact_mut(layer.inputs).enumerate() {
-                    row.iter_mut().for_each(|w| *w *= scale[o]);
-                    layer.bias[o] = layer.bias[o] * scale[o] + shift[o];
-                }
-                Ok(())
-            }
-            (None, _) => {
-                let width = self.input.scale.len().max(scale.len()).max(shift.len());
-                let affine = &mut self.input;
-                let old = if affine.scale.is_empty() {
-                    (vec![1.0], vec![0.0])
-                } else {
-                    (std::mem::take(&mut affine.scale), std::mem::take(&mut affine.shift))
-                };
-                let (old_scale, old_shift) = (widened(node, &old.0, width)?, widened(node, &old.1, width)?);
-                let (scale, shift) = (widened(node, scale, width)?, widened(node, shift, width)?);
-                affine.scale = old_scale.iter().zip(&scale).map(|(a, b)| a * b).collect();
-                affine.shift =
-                    old_shift.iter().zip(&scale).zip(&shift).map(|((t, s), shift)| t * s + shift).collect();
-                Ok(())
-            }
-            _ => Err(refuse(node, "arithmetic between an activation and the next layer")),
-        }
-    }
-
-    fn clip(&mut self, node: &NodeProto, constants: &HashMap<String, Constant>) -> Result<(), OnnxError> {
-        let bound = |i: usize, name| -> Option<Vec<f32>> {
-            let input = node.input.get(i).and_then(|input| constants.get(input)).map(|c| c.values.clone());
-            input.or_else(|| Some(vec![attribute(node, name)?.f?]))
-        };
-        let (low, high) = (bound(1, "min"), bound(2, "max"));
-        self.limit(node, low.as_deref(), high.as_deref())
-    }
-
-    fn limit(
-        &mut self,
-        node: &NodeProto,
-        low: Option<&[f32]>,
-        high: Option<&[f32]>,
-    ) -> Result<(), OnnxError> {
-        let (Some(layer), Some(false)) = (self.layers.last(), self.activated.last()) else {
-            return Err(refuse(node, "a limit that does not follow the last layer"));
-        };
-        let width = layer.outputs;
-        if let Some(low) = low {
-            let low = widened(node, low, width)?;
-            let old = self.low.take().unwrap_or_else(|| vec![f32::NEG_INFINITY; width]);
-            self.low = Some(old.iter().zip(low).map(|(a, b)| a.max(b)).collect());
-            // A later lower limit beats an earlier upper one.
-            if let (Some(low), Some(high)) = (&self.low, &mut self.high) {
-                high.iter_mut().zip(low).for_each(|(high, low)| *high = high.max(*low));
-            }
-        }
-        if let Some(high) = high {
-            let high = widened(node, high, width)?;
-            let old = self.high.take().unwrap_or_else(|| vec![f32::INFINITY; width]);
-            self.high = Some(old.iter().zip(high).map(|(a, b)| a.min(b)).collect());
-            if let (Some(low), Some(high)) = (&mut self.low, &self.high) {
-                low.iter_mut().zip(high).for_each(|(low, high)| *low = low.min(*high));
-            }
-        }
-        Ok(())
-    }
-
-    fn into_mlp(self) -> Result<Mlp, OnnxError> {
-        let Some((last, hidden)) = self.activated.split_last() else {
-            return Err(OnnxError::Shape("the graph has no layers".into()));
-        };
-        if *last || hidden.iter().any(|activated| !activated) {
-            return Err(OnnxError::Shape(
-                "an activation must follow every layer but the last, and not the last".into(),
-            ));
-        }
-        let width = self.layers.last().map_or(0, |layer| layer.outputs);
-        let output_limits = (self.low.is_some() || self.high.is_some()).then(|| {
-            let low = self.low.unwrap_or_else(|| vec![f32::NEG_INFINITY; width]);
-            (low, self.high.unwrap_or_else(|| vec![f32::INFINITY; width]))
-        });
-        let activation = self.activation.unwrap_or(Activation::Elu);
-        let mlp = Mlp { layers: self.layers, activation, output_limits };
-        mlp.validate().map_err(|error| OnnxError::Shape(error.to_string()))?;
-        Ok(mlp)
-    }
+    Err(OnnxError::Shape(format!("the chain does not end in the output `{output}`")))
 }
 
-fn operator(node: &NodeProto) -> &str {
-    node.op_type.as_deref().unwrap_or_default()
+fn name(value: &ValueInfoProto) -> &str {
+    value.name.as_deref().unwrap_or_default()
 }
 
-fn attribute<'a>(node: &'a NodeProto, name: &str) -> Option<&'a AttributeProto> {
-    node.attribute.iter().find(|attribute| attribute.name.as_deref() == Some(name))
-}
-
-fn refuse(node: &NodeProto, what: &str) -> OnnxError {
-    let name = node.name.as_deref().unwrap_or_default();
-    OnnxError::Shape(format!("operator {} `{name}`: {what}", operator(node)))
-}
-
-/// A vector of `width` numbers from one of that length or a single number.
-fn widened(node: &NodeProto, values: &[f32], width: usize) -> Result<Vec<f32>, OnnxError> {
-    match values {
-        [one] => Ok(vec![*one; width]),
-        _ if values.len() == width => Ok(values.to_vec()),
-        _ => Err(refuse(node, &format!("a constant of {} numbers, must be 1 or {width}", values.len()))),
+/// Holds the declared width of an input or output, if there is one, against that of the layers.
+fn check_width(role: &str, value: &ValueInfoProto, width: usize) -> Result<(), OnnxError> {
+    let tensor = value.r#type.as_ref().and_then(|r#type| r#type.tensor_type.as_ref());
+    let dims = tensor.and_then(|tensor| tensor.shape.as_ref()).map_or(&[][..], |shape| &shape.dim);
+    // Zero and −1 are other writers' words for an unknown width.
+    match dims.last().and_then(|dim| dim.dim_value).filter(|&declared| declared > 0) {
+        Some(declared) if usize::try_from(declared) != Ok(width) => Err(OnnxError::Shape(format!(
+            "the {role} `{}` is declared {declared} wide, the layers make it {width}",
+            name(value)
+        ))),
+        _ => Ok(()),
     }
-}
-
-fn constant(tensor: &TensorProto) -> Result<Constant, OnnxError> {
-    let name = tensor.name.as_deref().unwrap_or_default();
-    let damaged = |what: String| OnnxError::Damaged(format!("tensor `{name}`: {what}"));
-    if tensor.data_type != Some(1) {
-        return Err(damaged(format!("data type is {}, must be 1 (f32)", tensor.data_type.unwrap_or(0))));
-    }
-    let mut numbers = 1_usize;
-    let mut dims = Vec::new();
-    for &dim in &tensor.dims {
-        let size = usize::try_from(dim).ok().filter(|&dim| dim > 0);
-        numbers = size.and_then(|size| numbers.checked_mul(size)).filter(|&n| n <= MAX_NUMBERS).ok_or_else(
-            || {
-                damaged(format!(
-                    "shape {:?} must be positive and of at most {MAX_NUMBERS} numbers",
-                    tensor.dims
-                ))
-            },
-        )?;
-        dims.extend(size);
-    }
-    let values: Vec<f32> = match &tensor.raw_data {
-        Some(raw) => raw.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect(),
-        None => tensor.float_data.clone(),
-    };
-    let raw_len = tensor.raw_data.as_ref().map_or(numbers * 4, Vec::len);
-    if values.len() != numbers || raw_len != numbers * 4 {
-        return Err(damaged(format!("{} numbers, its shape {:?} says {numbers}", values.len(), tensor.dims)));
-    }
-    if values.iter().any(|value| value.is_nan()) {
-        return Err(damaged("holds a NaN".into()));
-    }
-    Ok(Constant { dims, values })
 }
