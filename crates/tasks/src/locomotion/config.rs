@@ -38,12 +38,15 @@ impl Terrain {
 pub struct LocomotionConfig {
     /// The ground.
     pub terrain: Terrain,
-    /// Highest level robots begin on, 0 to 9. Source: Isaac Lab, 5.
+    /// Highest level robots begin on, 0 to 9. Isaac Lab: 5.
     pub max_initial_level: usize,
     /// Length of an episode \[s\]. Source: Isaac Lab.
     pub episode_s: f32,
     /// Scale of the sensors' errors; 1 is Isaac Lab's.
     pub observation_noise: f32,
+    /// Penalties and disturbances grow only while the mean of exp(−|e_xy|² / 0.25) over all robots is above this, 0 to 1: a robot
+    /// that cannot walk yet is not made to stand still by them.
+    pub ramp_tracking: f32,
     /// Proportional gain of the joint servos \[N m/rad\]. Source: design section 4.
     pub stiffness: f64,
     /// Derivative gain of the joint servos \[N m s/rad\]. Source: design section 4.
@@ -65,9 +68,10 @@ impl Default for LocomotionConfig {
         let actuator = PhysicsConfig::default().actuator;
         Self {
             terrain: Terrain::Rough,
-            max_initial_level: 5,
+            max_initial_level: 2,
             episode_s: 20.0,
             observation_noise: 1.0,
+            ramp_tracking: 0.6,
             stiffness: actuator.stiffness,
             damping: actuator.damping,
             command: CommandConfig::default(),
@@ -95,6 +99,7 @@ impl LocomotionConfig {
         within("max_initial_level", self.max_initial_level as f64, 0.0, 9.0)?;
         within("episode_s", f64::from(self.episode_s), 0.1, 1000.0)?;
         within("observation_noise", f64::from(self.observation_noise), 0.0, 10.0)?;
+        within("ramp_tracking", f64::from(self.ramp_tracking), 0.0, 1.0)?;
         within("stiffness", self.stiffness, 1.0, 1000.0)?;
         within("damping", self.damping, 0.0, 100.0)?;
         self.command.validate()?;

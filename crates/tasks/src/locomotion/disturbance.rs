@@ -13,7 +13,8 @@ use spatial::Philox;
 pub struct DisturbanceConfig {
     /// Strength of all disturbances, 0 to 1.
     pub strength: f32,
-    /// Control steps over which the strength grows from 0.
+    /// Control steps over which the strength grows from 0; only those count during which robots walk as told (`ramp_tracking`
+    /// of the task).
     pub ramp_steps: u32,
     /// Force on the base along each axis, ± \[N\].
     pub base_force_n: f32,
@@ -37,7 +38,7 @@ impl Default for DisturbanceConfig {
     fn default() -> Self {
         Self {
             strength: 1.0,
-            ramp_steps: 0,
+            ramp_steps: 8_000,
             base_force_n: 100.0,
             hand_force_x_n: [-100.0, 60.0],
             hand_force_y_n: 60.0,

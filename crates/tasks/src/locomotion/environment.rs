@@ -13,7 +13,7 @@ use crate::{
 
 const OBSERVATION: usize = layout::LOCOMOTION_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 1;
+const STATE_VERSION: u32 = 2;
 
 /// The locomotion task for a number of robots.
 pub struct LocomotionEnv {
@@ -22,8 +22,9 @@ pub struct LocomotionEnv {
     simulation: Simulation,
     grid: TerrainGrid,
     groups: Vec<TaskGroup>,
-    /// Control steps of every environment since the beginning.
-    total_steps: u32,
+    /// Control steps during which robots walked as told, and those not yet judged.
+    walked_steps: u32,
+    new_steps: u32,
 }
 
 /// Sixteen robots and their episodes.
@@ -78,12 +79,12 @@ impl LocomotionEnv {
             }
         };
         let groups = groups.into_iter().enumerate().map(with_task).collect();
-        Ok(Self { config, seed, simulation, grid, groups, total_steps: 0 })
+        Ok(Self { config, seed, simulation, grid, groups, walked_steps: 0, new_steps: 0 })
     }
 
     fn split(&mut self) -> (Shared<'_>, &mut [TaskGroup]) {
         let grown =
-            |ramp: u32| if ramp == 0 { 1.0 } else { (self.total_steps as f32 / ramp as f32).min(1.0) };
+            |ramp: u32| if ramp == 0 { 1.0 } else { (self.walked_steps as f32 / ramp as f32).min(1.0) };
         let reward = &self.config.reward;
         let shared = Shared {
             config: &self.config,
@@ -238,7 +239,7 @@ impl TaskGroup {
         };
         let terms = shared.config.reward.terms(&quantities, shared.penalty_scale, CONTROL_PERIOD_S);
         self.metrics.add(&quantities, &terms);
-        shared.config.reward.total(&terms, fell, CONTROL_PERIOD_S)
+        shared.config.reward.total(&terms, fell)
     }
 }
 
@@ -326,7 +327,7 @@ impl VecEnv for LocomotionEnv {
     }
 
     fn step(&mut self, actions: &[f32], out: &mut StepBuffers) {
-        self.total_steps = self.total_steps.saturating_add(1);
+        self.new_steps += 1;
         let (shared, groups) = self.split();
         groups
             .par_iter_mut()
@@ -349,6 +350,10 @@ impl VecEnv for LocomotionEnv {
         for group in &mut self.groups {
             total.merge(&std::mem::take(&mut group.metrics));
         }
+        let new_steps = std::mem::take(&mut self.new_steps);
+        if total.linear_tracking() >= f64::from(self.config.ramp_tracking) {
+            self.walked_steps = self.walked_steps.saturating_add(new_steps);
+        }
         let mut named = total.named();
         named.push(("terrain_level".into(), self.mean_level()));
         named
@@ -357,7 +362,8 @@ impl VecEnv for LocomotionEnv {
     fn save_state(&self, out: &mut Vec<u8>) {
         let mut writer = Writer(out);
         writer.u32(&mut STATE_VERSION.clone());
-        writer.u32(&mut self.total_steps.clone());
+        writer.u32(&mut self.walked_steps.clone());
+        writer.u32(&mut self.new_steps.clone());
         for group in &self.groups {
             let mut group = group.clone();
             group.group.visit(&mut writer);
@@ -372,7 +378,8 @@ impl VecEnv for LocomotionEnv {
         if version != STATE_VERSION {
             return Err(format!("version is {version}, must be {STATE_VERSION}"));
         }
-        reader.u32(&mut self.total_steps);
+        reader.u32(&mut self.walked_steps);
+        reader.u32(&mut self.new_steps);
         for group in &mut self.groups {
             group.group.visit(&mut reader);
             group.robots.iter_mut().for_each(|robot| robot.visit(&mut reader));

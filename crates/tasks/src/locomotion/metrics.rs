@@ -42,11 +42,16 @@ impl Metrics {
         }
     }
 
+    /// Mean of exp(−|e_xy|² / 0.25).
+    pub(super) fn linear_tracking(&self) -> f64 {
+        self.linear_tracking / self.steps.max(1.0)
+    }
+
     /// Means per step, by name.
     pub(super) fn named(&self) -> Vec<(String, f64)> {
         let steps = self.steps.max(1.0);
         let mut named = vec![
-            ("tracking_linear".to_owned(), self.linear_tracking / steps),
+            ("tracking_linear".to_owned(), self.linear_tracking()),
             ("tracking_yaw".to_owned(), self.yaw_tracking / steps),
             ("guidance_score".to_owned(), self.guidance_score / steps),
             ("falls_per_1000".to_owned(), 1000.0 * self.falls / steps),

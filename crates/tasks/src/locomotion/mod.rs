@@ -12,4 +12,4 @@ pub use command::CommandConfig;
 pub use config::{LocomotionConfig, Terrain};
 pub use disturbance::{Disturbance, DisturbanceConfig};
 pub use environment::LocomotionEnv;
-pub use reward::{Combination, RewardConfig};
+pub use reward::RewardConfig;

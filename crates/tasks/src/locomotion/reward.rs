@@ -2,7 +2,7 @@
 //!
 //! Terms and weights start from Isaac Lab's velocity task (`velocity_env_cfg.py`, ANYmal D flat and rough). Added: the fine
 //! tracking terms, since the wide ones hardly distinguish 0.1 m/s of error while a supervisor's behavior reward does;
-//! standing still; a price on falling outside the clipped sum.
+//! standing still; a price on falling.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -32,18 +32,6 @@ pub struct StepQuantities<'a> {
     pub touchdown: [f32; 4],
     /// Thighs, knees, shanks and hand that touched something.
     pub undesired_contacts: f32,
-}
-
-/// How the terms make one reward.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Combination {
-    /// Their sum, as Isaac Lab has it. Falling pays at the start, when penalties outweigh all else.
-    Sum,
-    /// Their sum, cut off below zero (legged_gym). Where it is cut off nothing can be learned.
-    Clipped,
-    /// The sum of what is paid, times exp of what is fined (both per second): never negative, and never flat.
-    Product,
 }
 
 /// Weights of the terms, per second of simulated time (a step counts 0.02).
@@ -84,15 +72,17 @@ pub struct RewardConfig {
     pub joint_limit: f32,
     /// Σ |q − q_default| while told to stand. Ours.
     pub stand_still: f32,
-    /// Paid once for a fall, not per second, and outside the clipped sum. Ours.
+    /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off. Ours.
     pub fall: f32,
     /// Strength of all terms but tracking and the fall at the start of training, 0 to 1: with all of it from the start
     /// standing still pays best, and stepping is not found.
     pub penalty_start: f32,
-    /// Control steps until that strength has grown to 1.
+    /// Control steps until that strength has grown to 1; only those count during which robots walk as told
+    /// (`ramp_tracking` of the task).
     pub penalty_ramp_steps: u32,
-    /// How the terms make one reward.
-    pub combination: Combination,
+    /// Whether a sum below zero counts as zero (legged_gym): penalties then cannot make an early fall pay, but where they rule
+    /// nothing can be learned.
+    pub only_positive: bool,
 }
 
 impl Default for RewardConfig {
@@ -108,17 +98,17 @@ impl Default for RewardConfig {
             roll_pitch_rate: -0.05,
             joint_torque: -1e-5,
             joint_acceleration: -2.5e-7,
-            action_rate: -0.01,
+            action_rate: -0.02,
             feet_air_time: 0.25,
-            air_time_target_s: 0.5,
+            air_time_target_s: 0.25,
             undesired_contact: -1.0,
-            flat_orientation: -1.0,
+            flat_orientation: -0.5,
             joint_limit: -1.0,
-            stand_still: -0.05,
+            stand_still: -0.03,
             fall: -1.0,
             penalty_start: 0.2,
-            penalty_ramp_steps: 10_000,
-            combination: Combination::Sum,
+            penalty_ramp_steps: 12_000,
+            only_positive: false,
         }
     }
 }
@@ -182,18 +172,11 @@ impl RewardConfig {
         self.penalty_start + (1.0 - self.penalty_start) * grown
     }
 
-    /// The reward of a step of `dt` \[s\]: the terms combined, and the price of a fall.
-    pub fn total(&self, terms: &[f32; TERMS], fell: bool, dt: f32) -> f32 {
+    /// The reward of a step: the sum of the terms, and the price of a fall.
+    pub fn total(&self, terms: &[f32; TERMS], fell: bool) -> f32 {
         let sum: f32 = terms.iter().sum();
-        let combined = match self.combination {
-            Combination::Sum => sum,
-            Combination::Clipped => sum.max(0.0),
-            Combination::Product => {
-                let paid: f32 = terms.iter().map(|term| term.max(0.0)).sum();
-                paid * ((sum - paid) / dt).exp()
-            }
-        };
-        if fell { combined + self.fall } else { combined }
+        let earned = if self.only_positive { sum.max(0.0) } else { sum };
+        if fell { earned + self.fall } else { earned }
     }
 
     /// Checks the weights.
@@ -309,7 +292,7 @@ mod tests {
             fall: -3.0,
             penalty_start: 1.0,
             penalty_ramp_steps: 0,
-            combination: Combination::Sum,
+            only_positive: false,
         };
         let expected = [
             (-1.0_f32).exp(),
@@ -344,16 +327,14 @@ mod tests {
     }
 
     #[test]
-    fn combinations_by_hand() {
+    fn totals_by_hand() {
         let mut terms = [0.0; TERMS];
         (terms[0], terms[1], terms[4]) = (0.02, 0.01, -0.05);
-        let total = |combination, fell| {
-            let config = RewardConfig { combination, fall: -2.0, ..RewardConfig::default() };
-            config.total(&terms, fell, 0.02)
+        let total = |only_positive, fell| {
+            RewardConfig { only_positive, fall: -2.0, ..RewardConfig::default() }.total(&terms, fell)
         };
-        assert!((total(Combination::Sum, false) + 0.02).abs() < 1e-6);
-        assert_eq!(total(Combination::Clipped, false), 0.0);
-        assert_eq!(total(Combination::Clipped, true), -2.0);
-        assert!((total(Combination::Product, false) - 0.03 * (-2.5_f32).exp()).abs() < 1e-6);
+        assert!((total(false, false) + 0.02).abs() < 1e-6);
+        assert_eq!(total(true, false), 0.0);
+        assert_eq!(total(true, true), -2.0);
     }
 }
