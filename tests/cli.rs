@@ -154,3 +154,26 @@ fn a_policy_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason() {
     let other = PolicyFile::new("operator", &other);
     refuses(&["inspect", "policy", other.path(), "--json"], &[other.path(), "operator Sinh"]);
 }
+
+#[test]
+fn evaluate_refuses_what_it_cannot_judge_by_name() {
+    refuses(&["evaluate", "--suite", "paper18"], &["paper18", "paper17", "mirror17", "locomotion"]);
+    refuses(&["evaluate", "--supervisor", "no/such.onnx"], &["no/such.onnx", "No such file"]);
+    refuses(&["evaluate", "--level", "10", "--ground", "rough"], &["10", "0..=9"]);
+    refuses(&["evaluate", "--episodes", "0"], &["--episodes", "0"]);
+    refuses(&["evaluate", "--ground", "moon"], &["moon", "flat", "rough", "stairs"]);
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+    refuses(&["evaluate", "--locomotion", manifest], &["Cargo.toml", "ONNX"]);
+}
+
+#[test]
+fn settings_are_shown_and_explained() {
+    let text = stdout(&guidedog(&["config", "supervisor", "--set", "ppo.gamma=0.9"]));
+    assert!(text.contains("gamma = 0.9\n") && text.contains("[task.pull]"), "{text}");
+    let text = stdout(&guidedog(&["config", "locomotion", "--explain"]));
+    assert!(text.contains("# Length of an episode [s]. Source: Isaac Lab.\nepisode_s = 20.0"), "{text}");
+    let schema: serde_json::Value =
+        serde_json::from_slice(&guidedog(&["config", "locomotion", "--schema"]).stdout).unwrap();
+    assert!(schema["properties"]["ppo"]["properties"]["gamma"]["description"].is_string());
+    refuses(&["config", "locomotion", "--set", "ppo.epochs=0"], &["epochs is 0", "at least 1"]);
+}

@@ -47,7 +47,7 @@ Stop it with Ctrl-C and start it again with the same words: it goes on where it 
 runs/NAME/report.html and runs/NAME/results.json.";
 
 /// The locomotion training of `--from-scratch`.
-const FLAT_LOCOMOTION: &str = include_str!("../../configs/locomotion-flat.toml");
+const FLAT_LOCOMOTION: &str = include_str!("../../configs/locomotion/flat.toml");
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let began = Instant::now();
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut settings = arguments.set.clone();
     if arguments.from_scratch {
         let run = RunFolder::open(root, &format!("{}-locomotion", arguments.name))?;
-        let config: LocomotionRun = resolve_text("configs/locomotion-flat.toml", FLAT_LOCOMOTION, &[])?;
+        let config: LocomotionRun = resolve_text("configs/locomotion/flat.toml", FLAT_LOCOMOTION, &[])?;
         eprintln!("1. walking, in {}", run.path().display());
         if learn(&run, &config, &Start::Resume, &interrupt)? == Outcome::Interrupted {
             return Ok(stopped());

@@ -28,7 +28,7 @@ Examples:
   guidedog train locomotion --name flat --set task.terrain=flat --set training.iterations=500
   guidedog train locomotion --name finer --init-from runs/walk --set ppo.desired_kl=0.01
   guidedog train supervisor --name guide --set task.locomotion=runs/walk/policy.onnx
-  guidedog train supervisor --name paper --config configs/supervisor-paper.toml
+  guidedog train supervisor --name paper --config configs/supervisor/paper.toml
 
 Everything a run leaves is in its folder: config.toml (all settings as used), metrics.csv and
 TensorBoard events, checkpoints/, policy.onnx. `guidedog config` lists all settings.";

@@ -1,0 +1,173 @@
+//! Training from outside: runs are stopped, resumed, refused and short of disk.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use guidedog::policy::Checkpoint;
+
+/// A folder that goes with the test; runs are made in it.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("guidedog-run-of-{test}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_guidedog"));
+        command.current_dir(&self.0).args(arguments);
+        command
+    }
+
+    /// A small training of `iterations` iterations.
+    fn train(&self, iterations: u32, more: &[&str]) -> Output {
+        self.command(&small(iterations)).args(more).output().unwrap()
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.join("runs/small").join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn small(iterations: u32) -> Vec<&'static str> {
+    let iterations = format!("training.iterations={iterations}").leak();
+    let mut arguments = vec!["train", "locomotion", "--name", "small"];
+    for setting in [
+        &*iterations,
+        "training.num_envs=16",
+        "training.checkpoint_period_s=0.000001",
+        "task.terrain=flat",
+        "ppo.actor_hidden=[8]",
+        "ppo.critic_hidden=[8]",
+    ] {
+        arguments.extend(["--set", setting]);
+    }
+    arguments
+}
+
+fn message(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn newest(folder: &Folder) -> (PathBuf, Vec<u8>) {
+    let checkpoints = fs::read_dir(folder.file("checkpoints")).unwrap();
+    let numbered = checkpoints
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.file_stem().unwrap().to_str().unwrap().parse::<u64>().is_ok());
+    let path = numbered.max().expect("a checkpoint");
+    let bytes = fs::read(&path).unwrap();
+    (path, bytes)
+}
+
+#[test]
+fn a_resumed_run_ends_with_the_bits_of_one_never_stopped() {
+    let (whole, cut) = (Folder::new("whole"), Folder::new("cut"));
+    assert!(whole.train(6, &[]).status.success());
+    assert!(cut.train(3, &[]).status.success());
+    let again = cut.train(6, &[]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(message(&again).contains("--resume"), "{}", message(&again));
+    assert!(cut.train(6, &["--resume"]).status.success());
+    // The order of a file's header is left open, so what is in the files is compared.
+    let content = |folder: &Folder| Checkpoint::load(&newest(folder).0).unwrap();
+    assert!(content(&whole) == content(&cut));
+    assert!(fs::read(whole.file("policy.onnx")).unwrap() == fs::read(cut.file("policy.onnx")).unwrap());
+    let rows = fs::read_to_string(cut.file("metrics.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 7);
+}
+
+#[test]
+fn a_polite_kill_saves_and_a_hard_one_loses_nothing_saved() {
+    let folder = Folder::new("killed");
+    for signal in ["-TERM", "-KILL"] {
+        let started = Instant::now();
+        let mut child = folder
+            .command(&small(1_000_000))
+            .arg("--resume")
+            .stderr(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        let before = rows(&folder);
+        while rows(&folder) < before + 3 {
+            assert!(started.elapsed() < Duration::from_secs(120), "no progress");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().success(), signal == "-TERM");
+    }
+    let resumed = folder.train(1, &["--resume"]);
+    assert!(resumed.status.success(), "{}", message(&resumed));
+}
+
+fn rows(folder: &Folder) -> usize {
+    fs::read_to_string(folder.file("metrics.csv")).map_or(0, |text| text.lines().count())
+}
+
+#[test]
+fn a_full_disk_is_an_error_and_the_checkpoint_before_stays() {
+    let folder = Folder::new("full");
+    assert!(folder.train(2, &[]).status.success());
+    let (path, bytes) = newest(&folder);
+    // No file may grow beyond a few kilobytes, as if the disk were full.
+    let limited = "trap '' XFSZ; ulimit -f 16; exec \"$0\" \"$@\"";
+    let mut command = Command::new("sh");
+    command.current_dir(&folder.0).args(["-c", limited, env!("CARGO_BIN_EXE_guidedog")]);
+    let output = command.args(small(9)).arg("--resume").output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", message(&output));
+    assert!(message(&output).contains("cannot save"), "{}", message(&output));
+    assert!((path.clone(), bytes) == newest(&folder), "the checkpoint before is not as it was");
+    let left = fs::read_dir(path.parent().unwrap()).unwrap().map(|entry| entry.unwrap().path());
+    let partial: Vec<_> = left.filter(|path| path.extension().is_some_and(|e| e == "tmp")).collect();
+    assert!(partial.is_empty(), "{partial:?}");
+    assert!(folder.train(3, &["--resume"]).status.success());
+}
+
+#[test]
+fn a_run_of_another_version_and_a_damaged_one_are_refused_with_the_reason() {
+    let folder = Folder::new("version");
+    assert!(folder.train(1, &[]).status.success());
+    let (path, bytes) = newest(&folder);
+    let at = bytes.windows(25).position(|w| w == br#""guidedog_checkpoint":"1""#).unwrap();
+    let mut other = bytes.clone();
+    other[at + 23] = b'7';
+    fs::write(&path, other).unwrap();
+    let refused = folder.train(2, &["--resume"]);
+    assert!(!refused.status.success());
+    assert!(message(&refused).contains("checkpoint version is `7`, must be `1`"), "{}", message(&refused));
+    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let refused = folder.train(2, &["--resume"]);
+    assert!(!refused.status.success());
+    assert!(message(&refused).contains("not a whole checkpoint"), "{}", message(&refused));
+    fs::write(&path, &bytes).unwrap();
+    assert!(folder.train(2, &["--resume"]).status.success());
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_by_name() {
+    let folder = Folder::new("settings");
+    let table = [
+        ("ppo.gama=0.9", r#"unknown key "ppo.gama"; the nearest known key is "ppo.gamma""#),
+        ("ppo.gamma=1.5", "gamma is 1.5, must be in (0, 1]"),
+        ("training.num_envs=17", "num_envs is 17, must be a multiple of 16"),
+        ("task.command.standing_share=2", "shares of commands add up to"),
+        ("task.terrain=moon", "moon"),
+    ];
+    for (setting, expected) in table {
+        let output = folder.train(1, &["--set", setting]);
+        assert_eq!(output.status.code(), Some(2), "{setting}: {}", message(&output));
+        assert!(message(&output).contains(expected), "{setting}: {}", message(&output));
+    }
+    assert!(!Path::new(&folder.file("checkpoints/00000001.safetensors")).exists());
+}
