@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use policy::write_atomic;
 use serde::{Deserialize, Serialize};
 pub use tasks::guidance::Behavior;
+use tasks::guidance::PAPER_TOTAL;
 
 use crate::statistics::{mean, wilson_interval};
 
@@ -142,7 +143,13 @@ pub struct BehaviorReward {
 impl BehaviorReward {
     /// The paper's figures: read from its text, means over training with exploration noise after 3000 iterations.
     /// Its total and its four shares, which sum to 0.59, are not the same average.
-    pub const PAPER: Self = Self { total: 0.61, stop: 0.22, walk: 0.13, turn: 0.08, spin: 0.16 };
+    pub const PAPER: Self = Self {
+        total: PAPER_TOTAL,
+        stop: Behavior::Stop.paper_share(),
+        walk: Behavior::Walk.paper_share(),
+        turn: Behavior::Turn.paper_share(),
+        spin: Behavior::Spin.paper_share(),
+    };
 
     /// The share of one behavior.
     pub fn share(&self, behavior: Behavior) -> f64 {

@@ -62,6 +62,21 @@ impl Behavior {
     }
 }
 
+/// The paper's mean behavior reward in training, with exploration noise, after 3000 iterations.
+pub const PAPER_TOTAL: f64 = 0.61;
+
+impl Behavior {
+    /// The paper's share of this behavior in training, read from its text; the four add up to 0.59, not to the total.
+    pub const fn paper_share(self) -> f64 {
+        match self {
+            Self::Walk => 0.13,
+            Self::Stop => 0.22,
+            Self::Turn => 0.08,
+            Self::Spin => 0.16,
+        }
+    }
+}
+
 impl std::fmt::Display for Behavior {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.pad(self.name())

@@ -1,6 +1,6 @@
 //! What is reported of the handlers' and robots' understanding.
 
-use super::Behavior;
+use super::{Behavior, behavior::PAPER_TOTAL};
 
 /// Sums over control steps of all robots.
 #[derive(Clone, Debug, Default)]
@@ -36,6 +36,9 @@ impl Metrics {
         for behavior in Behavior::ALL {
             named.push((format!("behavior_reward/{behavior}"), self.rewards[behavior as usize] / steps));
         }
+        // The paper's averages beside ours, so that one chart shows both.
+        named.push(("paper/total".to_owned(), PAPER_TOTAL));
+        named.extend(Behavior::ALL.map(|behavior| (format!("paper/{behavior}"), behavior.paper_share())));
         named.push(("falls_per_1000".to_owned(), 1000.0 * self.falls / steps));
         named
     }

@@ -9,7 +9,8 @@ mod supervisor;
 mod walker;
 
 pub use behavior::{
-    Behavior, GUIDING_SPEED_MPS, PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N, YAW_RATE_PER_NEWTON, behavior_reward,
+    Behavior, GUIDING_SPEED_MPS, PAPER_TOTAL, PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N, YAW_RATE_PER_NEWTON,
+    behavior_reward,
 };
 pub use config::{COMMAND_HIGH, COMMAND_LOW, GuidanceConfig};
 pub use environment::GuidanceEnv;

@@ -1,0 +1,72 @@
+//! The judge on a robot whose policy only stands: it stops well, walks never, and gives the same numbers every time.
+
+use evaluation::{
+    judge::{Arena, Ground, Setting},
+    locomotion::judge_locomotion,
+    results::Group,
+    suite::Case,
+};
+use policy::{Activation, Linear, Mlp, OnnxPolicy, VecEnv as _, layout};
+use tasks::{
+    guidance::{LocomotionPolicy, Supervisor},
+    locomotion::{LocomotionConfig, LocomotionEnv, Terrain},
+};
+
+fn standing() -> LocomotionPolicy {
+    let (inputs, outputs) = (layout::LOCOMOTION_OBSERVATION, layout::JOINTS);
+    let layer = Linear { inputs, outputs, weight: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] };
+    let mlp = Mlp { layers: vec![layer], activation: Activation::Elu, output_limits: None };
+    let config = LocomotionConfig { terrain: Terrain::Flat, ..LocomotionConfig::default() };
+    let metadata = LocomotionEnv::new(config, 16, 1).unwrap().metadata().into_iter().collect();
+    LocomotionPolicy::new(OnnxPolicy { mlp, metadata }).unwrap()
+}
+
+fn arena(ground: Ground, randomize: bool) -> Arena {
+    Arena::new(standing(), Setting { ground, level: 3, randomize, episodes: 20, seed: 5 }).unwrap()
+}
+
+fn cases() -> Vec<Case> {
+    [[-41.0, 0.0], [0.0, 0.0]]
+        .map(|[x, y]| Case { name: format!("{x}/{y}"), force: [x, y, 0.0], group: Group::Trained })
+        .to_vec()
+}
+
+#[test]
+fn a_robot_that_only_stands_obeys_stop_and_not_walk() {
+    let arena = arena(Ground::Flat, false);
+    let (results, traces) = arena.judge(&Supervisor::Oracle, &cases(), &|_| {}).unwrap();
+    assert_eq!((results[0].episodes, results[0].successes, results[0].falls), (20, 20, 0));
+    assert_eq!((results[1].episodes, results[1].successes, results[1].falls), (20, 0, 0));
+    assert!(results[0].reward.unwrap() > 0.95 && results[1].reward.unwrap() < 0.01);
+    assert_eq!(traces.len(), 2);
+    assert_eq!(traces[0].points[0], [0.0; 3]);
+    let reward = arena.behavior_reward(&Supervisor::Oracle, 64).unwrap();
+    assert!(reward.stop > 0.15 && reward.walk < 0.01, "{reward:?}");
+    let sum = reward.stop + reward.walk + reward.turn + reward.spin;
+    assert!((reward.total - sum).abs() < 1e-12);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_numbers_for_any_number_of_threads() {
+    let judged = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| arena(Ground::Rough, true).judge(&Supervisor::Rules, &cases(), &|_| {}).unwrap())
+    };
+    assert!(judged(1) == judged(3));
+}
+
+#[test]
+fn a_level_beyond_the_last_is_refused() {
+    let setting = Setting { ground: Ground::Stairs, level: 10, randomize: false, episodes: 1, seed: 1 };
+    assert!(Arena::new(standing(), setting).unwrap_err().contains("level is 10"));
+}
+
+#[test]
+fn the_walking_by_itself_has_a_row_for_every_command_and_ground() {
+    let results = judge_locomotion(&standing(), "standing", 16, 1, &|_| {}).unwrap();
+    assert_eq!((results.flat.len(), results.terrain.len()), (45, 24));
+    let row = |name: &str| results.flat.iter().find(|row| row.name == name && row.under == "none").unwrap();
+    assert_eq!(row("stand").survived, 16);
+    assert!(row("stand").behavior_reward > 0.98);
+    assert!((row("forward").error[0] + 1.0).abs() < 0.02, "it stands when told to walk at 1 m/s");
+}
