@@ -1,8 +1,8 @@
-//! Where policies come from: a file, or the ones shipped inside the program.
+//! Where policies come from: a file, or the ones shipped inside the program (`policies/`, each with its card).
 
 use std::path::Path;
 
-use policy::{OnnxPolicy, load_onnx};
+use policy::{OnnxPolicy, load_onnx, read_onnx};
 use tasks::guidance::{LocomotionPolicy, Supervisor, SupervisorPolicy};
 
 use crate::error::{BadInput, OrBadInput as _};
@@ -10,9 +10,13 @@ use crate::error::{BadInput, OrBadInput as _};
 /// The name of the policies inside the program.
 pub const SHIPPED: &str = "shipped";
 
-fn read(source: &str, kind: &str) -> Result<OnnxPolicy, BadInput> {
-    let path = if source == SHIPPED { format!("policies/{kind}.onnx") } else { source.to_owned() };
-    load_onnx(Path::new(&path)).or_bad_input(|| format!("{kind} policy {path}"))
+const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
+const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
+
+/// The policy in a file, or `shipped`.
+fn read(source: &str, shipped: &[u8]) -> Result<OnnxPolicy, BadInput> {
+    let file = if source == SHIPPED { read_onnx(shipped) } else { load_onnx(Path::new(source)) };
+    file.or_bad_input(|| source.to_owned())
 }
 
 /// The locomotion policy in a file, or the shipped one.
@@ -20,9 +24,8 @@ fn read(source: &str, kind: &str) -> Result<OnnxPolicy, BadInput> {
 /// # Errors
 /// The file cannot be read, is no policy, or is one for another robot.
 pub fn locomotion(source: &str) -> Result<LocomotionPolicy, BadInput> {
-    let file = read(source, "locomotion")?;
-    LocomotionPolicy::new(file)
-        .map_err(|message| BadInput::new(format!("locomotion policy {source}: {message}")))
+    let file = read(source, LOCOMOTION)?;
+    LocomotionPolicy::new(file).map_err(|message| BadInput::new(format!("{source}: {message}")))
 }
 
 /// A supervisor: `oracle`, `rules`, `dominance`, the shipped one, or the one in a file.
@@ -35,11 +38,8 @@ pub fn supervisor(source: &str) -> Result<Supervisor, BadInput> {
         "rules" => Supervisor::Rules,
         "dominance" => Supervisor::Dominance,
         _ => {
-            let file = read(source, "supervisor")?;
-            let policy = SupervisorPolicy::new(file);
-            Supervisor::Learned(
-                policy.map_err(|message| BadInput::new(format!("supervisor {source}: {message}")))?,
-            )
+            let policy = SupervisorPolicy::new(read(source, SUPERVISOR)?);
+            Supervisor::Learned(policy.map_err(|message| BadInput::new(format!("{source}: {message}")))?)
         }
     })
 }

@@ -61,8 +61,8 @@ impl TaskConfig for GuidanceConfig {
 
     fn learning() -> (TrainingSettings, ppo::Config) {
         let training = TrainingSettings {
-            num_envs: 1024,
-            iterations: 200,
+            num_envs: 512,
+            iterations: 400,
             checkpoint_period_s: 20.0,
             score: "behavior_reward/total".into(),
             ..TrainingSettings::default()
@@ -71,10 +71,10 @@ impl TaskConfig for GuidanceConfig {
             actor_hidden: vec![128, 128, 128],
             critic_hidden: vec![128, 128, 128],
             gamma: 0.95,
-            desired_kl: 0.02,
-            learning_rate_range: [1e-5, 3e-3],
+            desired_kl: 0.04,
+            learning_rate_range: [1e-5, 5e-3],
             initial_std: 0.5,
-            entropy_coefficient: 0.0,
+            entropy_coefficient: 0.003,
             symmetry: true,
             ..ppo::Config::default()
         };

@@ -12,6 +12,7 @@ use guidedog::evaluation::report::{self, ReportData};
 use guidedog::evaluation::suite::{SUITES, suite};
 use guidedog::judging::{Names, judge, table, with_progress};
 use guidedog::policies::{self, SHIPPED};
+use guidedog::run_folder::write_atomic;
 
 /// Judges a supervisor and a locomotion policy on a suite of pulls
 #[derive(Debug, Args)]
@@ -29,6 +30,9 @@ pub(crate) struct Arguments {
     /// Write a page with figures here
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Write the success bars here, an SVG figure
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
     /// The locomotion policy, an ONNX file
     #[arg(long, default_value = SHIPPED)]
     locomotion: String,
@@ -103,6 +107,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(path) = &arguments.json {
         results.write(path).or_bad_input(|| "--json".into())?;
     }
+    if let Some(path) = &arguments.figure {
+        let bars = report::success_bars_svg(&results, &[]);
+        write_atomic(path, bars.as_bytes()).or_bad_input(|| format!("--figure {}", named(path)))?;
+    }
     if let Some(path) = &arguments.report {
         let title = format!("guidedog: {} under {}", arguments.supervisor, arguments.suite);
         let data = ReportData { title, judged: results, traces, ..ReportData::default() };
@@ -123,7 +131,7 @@ fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&results)? + "\n";
         let what = || format!("--json {}", path.display());
-        guidedog::run_folder::write_atomic(path, text.as_bytes()).or_bad_input(what)?;
+        write_atomic(path, text.as_bytes()).or_bad_input(what)?;
     }
     Ok(ExitCode::SUCCESS)
 }
