@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use policy::{Checkpoint, VecEnv, save_onnx};
+use policy::{Checkpoint, VecEnv, load_onnx, save_onnx};
 use ppo::{Iteration, Trainer};
 use serde::Serialize;
 use tasks::guidance::{GuidanceConfig, GuidanceEnv};
@@ -67,7 +67,7 @@ pub enum Start {
     New,
     /// At the newest checkpoint, or at nothing.
     Resume,
-    /// With the weights of another run (its folder or a checkpoint).
+    /// With the weights of another run (its folder or a checkpoint), or of the policy in an ONNX file.
     From(PathBuf),
 }
 
@@ -100,13 +100,19 @@ where
         return Err(BadInput::new(message).into());
     }
     if let Start::From(source) = start {
-        let what = || format!("--init-from {}", source.display());
-        let checkpoint = Checkpoint::load(&newest_of(source).or_bad_input(what)?).or_bad_input(what)?;
-        trainer.warm_start(&checkpoint).or_bad_input(what)?;
+        warm_start(&mut trainer, source).or_bad_input(|| format!("--init-from {}", source.display()))?;
     }
     let text = toml::to_string(config).context("cannot write the configuration")?;
     write_atomic(&run.file("config.toml"), text.as_bytes()).context("cannot write config.toml")?;
     train(&mut trainer, run, settings, T::SHOWN, interrupt)
+}
+
+/// Begins where another run, or the policy in an ONNX file, ended.
+fn warm_start<E: VecEnv>(trainer: &mut Trainer<E>, source: &Path) -> Result<()> {
+    if source.extension().is_some_and(|extension| extension == "onnx") {
+        return Ok(trainer.warm_start_policy(&load_onnx(source)?.mlp)?);
+    }
+    Ok(trainer.warm_start(&Checkpoint::load(&newest_of(source)?)?)?)
 }
 
 /// A checkpoint file, or the newest one of a run's folder.

@@ -155,6 +155,23 @@ fn a_run_of_another_version_and_a_damaged_one_are_refused_with_the_reason() {
 }
 
 #[test]
+fn a_run_begins_with_the_policy_of_a_file_and_refuses_one_that_does_not_fit() {
+    let folder = Folder::new("from");
+    assert!(folder.train(1, &[]).status.success());
+    let policy = folder.file("policy.onnx");
+    let from = |extra: &[&str], name: &str| {
+        let mut arguments = small(1);
+        arguments[3] = name.to_owned().leak();
+        let mut command = folder.command(&arguments);
+        command.args(["--init-from", policy.to_str().unwrap()]).args(extra).output().unwrap()
+    };
+    assert!(from(&[], "second").status.success());
+    let refused = from(&["--set", "ppo.actor_hidden=[9]"], "third");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(message(&refused).contains("layer 0 is 235 to 8, must be 235 to 9"), "{}", message(&refused));
+}
+
+#[test]
 fn settings_that_cannot_be_are_refused_by_name() {
     let folder = Folder::new("settings");
     let table = [

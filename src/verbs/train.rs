@@ -55,7 +55,8 @@ struct Options {
     /// Go on from the run's newest checkpoint, to the same bits as if it had never stopped
     #[arg(long)]
     resume: bool,
-    /// Begin with the weights of another run (its folder or a checkpoint file)
+    /// Begin with the weights of another run (its folder or a checkpoint file), or of a policy (an ONNX file:
+    /// no values, no optimizer)
     #[arg(long, value_name = "RUN", conflicts_with = "resume")]
     init_from: Option<PathBuf>,
     /// Threads [default: one a core]

@@ -113,6 +113,40 @@ impl Architecture {
         }
     }
 
+    /// Takes the weights of a network that [`Architecture::to_mlp`] might have given.
+    ///
+    /// # Errors
+    /// Says in which layer its shape differs, or that its activation does.
+    pub(crate) fn read_mlp(
+        &self,
+        mlp: &Mlp,
+        input_scale: &[f32],
+        parameters: &mut [f32],
+    ) -> Result<(), String> {
+        if mlp.activation != Activation::Elu || mlp.layers.len() != self.widths.len() - 1 {
+            let (found, allowed) = (mlp.layers.len(), self.widths.len() - 1);
+            return Err(format!("{found} layers and {:?}, must be {allowed} layers and Elu", mlp.activation));
+        }
+        let mut rest = parameters;
+        for (i, (layer, w)) in mlp.layers.iter().zip(self.widths.windows(2)).enumerate() {
+            if (layer.inputs, layer.outputs) != (w[0], w[1]) {
+                let (inputs, outputs) = (layer.inputs, layer.outputs);
+                return Err(format!("layer {i} is {inputs} to {outputs}, must be {} to {}", w[0], w[1]));
+            }
+            let (weight, after) = rest.split_at_mut(w[0] * w[1]);
+            let (bias, after) = after.split_at_mut(w[1]);
+            rest = after;
+            weight.copy_from_slice(&layer.weight);
+            bias.copy_from_slice(&layer.bias);
+            if i == 0 {
+                for row in weight.chunks_exact_mut(w[0]) {
+                    row.iter_mut().zip(input_scale).for_each(|(weight, scale)| *weight /= scale);
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The network as data, its input multiplied by `input_scale` first.
     pub(crate) fn to_mlp(&self, parameters: &[f32], input_scale: &[f32]) -> Mlp {
         let mut rest = parameters;
@@ -136,6 +170,21 @@ impl Architecture {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn weights_go_out_and_come_back() {
+        let network = Architecture::new(3, &[4], 2);
+        let mut parameters = vec![0.0; network.num_parameters()];
+        network.initialize(1, 0, &mut parameters);
+        let scale = [2.0, 0.25, 4.0];
+        let mlp = network.to_mlp(&parameters, &scale);
+        let mut back = vec![0.0; parameters.len()];
+        network.read_mlp(&mlp, &scale, &mut back).unwrap();
+        assert_eq!(back, parameters);
+        let wider = Architecture::new(3, &[5], 2);
+        let message = wider.read_mlp(&mlp, &scale, &mut vec![0.0; 100]).unwrap_err();
+        assert_eq!(message, "layer 0 is 3 to 4, must be 3 to 5");
+    }
 
     #[test]
     fn backward_is_the_derivative_of_forward() {

@@ -474,4 +474,15 @@ impl<E: VecEnv> Trainer<E> {
         self.adam.steps = checkpoint.number("adam_steps")?;
         Ok(())
     }
+
+    /// Takes the mean policy from a network that takes raw observations; values, optimizer and noise begin anew.
+    ///
+    /// # Errors
+    /// The network is of another shape.
+    pub fn warm_start_policy(&mut self, policy: &Mlp) -> Result<(), TrainError> {
+        let actor = self.networks.actor.num_parameters();
+        let read =
+            self.networks.actor.read_mlp(policy, &self.observation_scale, &mut self.parameters[..actor]);
+        read.map_err(TrainError::Shape)
+    }
 }
