@@ -14,7 +14,7 @@ import numpy as np
 
 LEGS = [("LF", 1, 1), ("LH", -1, 1), ("RF", 1, -1), ("RH", -1, -1)]
 PARTS = [("HAA", "HIP"), ("HFE", "THIGH"), ("KFE", "SHANK")]
-ARMATURE = 0.06  # kg m², reflected rotor inertia; our choice, see docs/physics.md
+ARMATURE = 0.06  # kg m², reflected rotor inertia; our choice: the official file has none, and light shanks under stiff servos want it
 
 
 def vector(text):
