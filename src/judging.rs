@@ -26,7 +26,7 @@ pub struct Names {
     pub supervisor: String,
 }
 
-/// Runs a suite and the behavior reward, the oracle's too.
+/// Runs a suite and the behavior reward; the oracle's too, unless it is known already.
 ///
 /// # Errors
 /// There is nothing to run.
@@ -35,12 +35,12 @@ pub fn judge(
     supervisor: &Supervisor,
     cases: &[Case],
     names: &Names,
+    oracle_reward: Option<BehaviorReward>,
 ) -> Result<(Results, Vec<PathTrace>)> {
     let (cases, traces) = run_suite(arena, supervisor, cases, &names.supervisor)?;
     let reward_of = |supervisor| arena.behavior_reward(supervisor, REWARD_ROBOTS).map_err(|m| anyhow!(m));
-    let reward = reward_of(supervisor)?;
-    let oracle_reward =
-        if *supervisor == Supervisor::Oracle { reward } else { reward_of(&Supervisor::Oracle)? };
+    let oracle_reward = oracle_reward.map_or_else(|| reward_of(&Supervisor::Oracle), Ok)?;
+    let reward = if *supervisor == Supervisor::Oracle { oracle_reward } else { reward_of(supervisor)? };
     let setting = arena.setting();
     let results = Results {
         suite: names.suite.clone(),

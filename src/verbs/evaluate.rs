@@ -101,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         locomotion: arguments.locomotion.clone(),
         supervisor: arguments.supervisor.clone(),
     };
-    let (results, traces) = judge(&arena, &supervisor, &cases, &names)?;
+    let (results, traces) = judge(&arena, &supervisor, &cases, &names, None)?;
     print!("{}", table(&results));
     let named = |path: &Path| path.display().to_string();
     if let Some(path) = &arguments.json {

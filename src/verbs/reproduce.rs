@@ -111,7 +111,8 @@ fn judge_all(
         let name = if source == own { "learned" } else { source };
         let names =
             Names { suite: "paper17".into(), locomotion: locomotion.clone(), supervisor: name.into() };
-        let (results, traces) = judge(&arena, &supervisor, &cases, &names)?;
+        let oracle = all.first().map(|results| results.oracle_reward);
+        let (results, traces) = judge(&arena, &supervisor, &cases, &names, oracle)?;
         if source == own {
             data.traces = traces;
         }
