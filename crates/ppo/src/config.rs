@@ -33,6 +33,9 @@ pub struct Config {
     pub learning_rate: f32,
     /// Divergence between the old and the new policy that the learning rate is steered to; 0 keeps the rate.
     pub desired_kl: f32,
+    /// Iterations over which `desired_kl` and `entropy_coefficient` fall in a straight line to a tenth, so that the policy
+    /// settles on the mean of what noisy gradients say; 0 keeps them.
+    pub anneal_iterations: u64,
     /// Bounds of the learning rate.
     pub learning_rate_range: [f32; 2],
     /// Longest gradient, above 0; a longer one is scaled down.
@@ -59,6 +62,7 @@ impl Default for Config {
             entropy_coefficient: 0.005,
             learning_rate: 1e-3,
             desired_kl: 0.01,
+            anneal_iterations: 0,
             learning_rate_range: [1e-5, 1e-2],
             max_gradient_norm: 1.0,
             initial_std: 1.0,
@@ -79,7 +83,24 @@ pub struct ConfigError {
     pub allowed: &'static str,
 }
 
+/// What is left of the annealed settings at the end.
+const ANNEALED: f32 = 0.1;
+
 impl Config {
+    /// The settings of an iteration: the annealed ones as they are by then.
+    pub fn at(&self, iteration: u64) -> Self {
+        let progress = match self.anneal_iterations {
+            0 => 0.0,
+            iterations => (iteration as f32 / iterations as f32).min(1.0),
+        };
+        let scale = 1.0 - (1.0 - ANNEALED) * progress;
+        Self {
+            desired_kl: scale * self.desired_kl,
+            entropy_coefficient: scale * self.entropy_coefficient,
+            ..self.clone()
+        }
+    }
+
     /// Checks every value.
     ///
     /// # Errors
@@ -125,5 +146,15 @@ mod tests {
         assert_eq!(message, "gamma is 1.5, must be in (0, 1]");
         assert!(Config { initial_std: f32::NAN, ..Config::default() }.validate().is_err());
         assert!(Config { minibatches: 0, ..Config::default() }.validate().is_err());
+    }
+
+    #[test]
+    fn annealed_settings_fall_to_a_tenth_and_stay_there() {
+        let config = Config { anneal_iterations: 100, desired_kl: 0.02, ..Config::default() };
+        for (iteration, desired) in [(0, 0.02), (50, 0.011), (100, 0.002), (1000, 0.002)] {
+            assert!((config.at(iteration).desired_kl - desired).abs() < 1e-7, "{iteration}");
+        }
+        let kept = Config { anneal_iterations: 0, ..config };
+        assert_eq!(kept.at(1000), kept);
     }
 }

@@ -372,14 +372,15 @@ impl<E: VecEnv> Trainer<E> {
     /// Takes the gradient steps of an iteration.
     fn update(&mut self) -> Result<Vec<MinibatchLoss>, TrainError> {
         let samples = self.rollout.samples();
+        let config = self.config.at(self.iteration);
         let old_log_std = self.networks.split(&self.parameters).2.to_vec();
-        let mut losses = Vec::with_capacity(self.config.epochs * self.config.minibatches);
-        for epoch in 0..self.config.epochs {
+        let mut losses = Vec::with_capacity(config.epochs * config.minibatches);
+        for epoch in 0..config.epochs {
             let order = self.shuffled(samples, epoch);
             // Whole minibatches; what is left over is another sample each time.
-            for rows in order.chunks_exact(samples / self.config.minibatches).take(self.config.minibatches) {
+            for rows in order.chunks_exact(samples / config.minibatches).take(config.minibatches) {
                 let objective = Objective {
-                    config: &self.config,
+                    config: &config,
                     networks: &self.networks,
                     parameters: &self.parameters,
                     old_log_std: &old_log_std,
@@ -392,8 +393,8 @@ impl<E: VecEnv> Trainer<E> {
                 if !loss.gradient_norm.is_finite() {
                     return Err(self.non_finite("the gradient"));
                 }
-                self.adapt_learning_rate(loss.kl);
-                let scale = (f64::from(self.config.max_gradient_norm) / loss.gradient_norm).min(1.0) as f32;
+                self.adapt_learning_rate(loss.kl, config.desired_kl);
+                let scale = (f64::from(config.max_gradient_norm) / loss.gradient_norm).min(1.0) as f32;
                 self.adam.step(&mut self.parameters, &self.gradient.gradient, scale, self.learning_rate);
                 losses.push(loss);
             }
@@ -402,8 +403,8 @@ impl<E: VecEnv> Trainer<E> {
     }
 
     /// Slower when the policy moves too far from the rollout's, faster when it hardly moves (rsl_rl's rule).
-    fn adapt_learning_rate(&mut self, kl: f64) {
-        let desired = f64::from(self.config.desired_kl);
+    fn adapt_learning_rate(&mut self, kl: f64, desired_kl: f32) {
+        let desired = f64::from(desired_kl);
         let [low, high] = self.config.learning_rate_range;
         if kl > 2.0 * desired && desired > 0.0 {
             self.learning_rate = (self.learning_rate / 1.5).max(low);
