@@ -62,7 +62,7 @@ impl TaskConfig for GuidanceConfig {
     fn learning() -> (TrainingSettings, ppo::Config) {
         let training = TrainingSettings {
             num_envs: 512,
-            iterations: 400,
+            iterations: 600,
             checkpoint_period_s: 20.0,
             score: "behavior_reward/total".into(),
             ..TrainingSettings::default()
@@ -72,6 +72,7 @@ impl TaskConfig for GuidanceConfig {
             critic_hidden: vec![128, 128, 128],
             gamma: 0.95,
             desired_kl: 0.04,
+            anneal_iterations: 600,
             learning_rate_range: [1e-5, 5e-3],
             initial_std: 0.5,
             entropy_coefficient: 0.003,

@@ -31,6 +31,7 @@ fn help_and_version_work_everywhere() {
         &["inspect", "--help"],
         &["inspect", "robot", "--help"],
         &["inspect", "policy", "--help"],
+        &["inspect", "dynamics", "--help"],
     ];
     for verb in verbs {
         let output = guidedog(verb);
@@ -64,11 +65,11 @@ fn a_robot_file_that_is_missing_or_no_urdf_is_refused_with_its_name() {
 }
 
 /// A file of this test process, removed at the end.
-struct PolicyFile(PathBuf);
+struct TestFile(PathBuf);
 
-impl PolicyFile {
+impl TestFile {
     fn new(name: &str, bytes: &[u8]) -> Self {
-        let path = std::env::temp_dir().join(format!("guidedog-cli-{}-{name}.onnx", std::process::id()));
+        let path = std::env::temp_dir().join(format!("guidedog-cli-{}-{name}", std::process::id()));
         std::fs::write(&path, bytes).unwrap();
         Self(path)
     }
@@ -78,7 +79,7 @@ impl PolicyFile {
     }
 }
 
-impl Drop for PolicyFile {
+impl Drop for TestFile {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.0);
     }
@@ -103,7 +104,7 @@ fn supervisor() -> Vec<u8> {
 
 #[test]
 fn a_policy_is_shown_with_its_limits_and_metadata() {
-    let file = PolicyFile::new("shown", &supervisor());
+    let file = TestFile::new("shown", &supervisor());
     let text = stdout(&guidedog(&["inspect", "policy", file.path()]));
     let lines = [
         &format!("{}: 1843 parameters", file.path()),
@@ -123,7 +124,7 @@ fn a_policy_is_shown_with_its_limits_and_metadata() {
 
 #[test]
 fn a_policy_is_shown_to_programs() {
-    let file = PolicyFile::new("json", &supervisor());
+    let file = TestFile::new("json", &supervisor());
     let output = guidedog(&["inspect", "policy", file.path(), "--json"]);
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let expected = serde_json::json!({
@@ -146,13 +147,56 @@ fn a_policy_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason() {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
     refuses(&["inspect", "policy", manifest], &["Cargo.toml", "not a whole ONNX file"]);
     let whole = supervisor();
-    let cut = PolicyFile::new("cut", &whole[..whole.len() / 2]);
+    let cut = TestFile::new("cut", &whole[..whole.len() / 2]);
     refuses(&["inspect", "policy", cut.path()], &[cut.path(), "not a whole ONNX file"]);
     let mut other = whole;
     let at = other.windows(4).position(|word| word == b"Tanh").unwrap();
     other[at..at + 4].copy_from_slice(b"Sinh");
-    let other = PolicyFile::new("operator", &other);
+    let other = TestFile::new("operator", &other);
     refuses(&["inspect", "policy", other.path(), "--json"], &[other.path(), "operator Sinh"]);
+}
+
+#[test]
+fn dynamics_obey_newton_and_show_what_touches_the_ground() {
+    let state =
+        r#"{"base_position": [0, 0, 0.1], "hand_force": [-60, 10, 5], "joint_torque": {"LF_HAA": 3.5}}"#;
+    let file = TestFile::new("state", state.as_bytes());
+    let output = guidedog(&["inspect", "dynamics", "--state", file.path(), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let numbers = |value: &serde_json::Value| -> Vec<f64> {
+        value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let (bias, acceleration) = (numbers(&found["bias_force"]), numbers(&found["acceleration"]));
+    // M a + bias is what is applied: for the base's linear part the force of the hand, for the first joint its torque.
+    let applied = |i: usize| -> f64 {
+        let row = numbers(&found["mass_matrix"][i]);
+        row.iter().zip(&acceleration).map(|(m, a)| m * a).sum::<f64>() + bias[i]
+    };
+    for (i, expected) in [(3, -60.0), (4, 10.0), (5, 5.0), (6, 3.5), (7, 0.0)] {
+        assert!((applied(i) - expected).abs() < 1e-9, "{i}: {}", applied(i));
+    }
+    assert_eq!(found["degrees_of_freedom"][6], "LF_HAA");
+    let contacts = found["contacts"].as_array().unwrap();
+    assert!(contacts.iter().any(|c| c["name"].as_str().unwrap().contains("FOOT")), "{contacts:?}");
+    let text = stdout(&guidedog(&["inspect", "dynamics"]));
+    assert!(text.contains("18 degrees of freedom") && text.contains("LF_HAA"), "{text}");
+}
+
+#[test]
+fn a_state_that_cannot_be_is_refused_with_what_is_allowed() {
+    let refuses_state = |text: &str, parts: &[&str]| {
+        let file = TestFile::new("bad-state", text.as_bytes());
+        refuses(&["inspect", "dynamics", "--state", file.path()], parts);
+    };
+    refuses(&["inspect", "dynamics", "--state", "no/such.json"], &["no/such.json", "No such file"]);
+    refuses_state("{", &["state", "EOF"]);
+    refuses_state(r#"{"joint_position": {"LF_TAIL": 0}}"#, &["joint_position", "LF_TAIL", "LF_HAA"]);
+    refuses_state(
+        r#"{"base_orientation": [1, 1, 0, 0]}"#,
+        &["base_orientation", "1.4142", "unit quaternion"],
+    );
+    refuses_state(r#"{"speed": 1}"#, &["speed", "base_linear_velocity"]);
+    refuses_state(r#"{"joint_velocity": {"LF_HAA": 1e999}}"#, &["state", "number out of range"]);
 }
 
 #[test]

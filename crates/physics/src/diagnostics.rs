@@ -13,7 +13,7 @@ use crate::{
     kinematics::{Spatial, forward_kinematics},
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force},
     step,
-    structure::BASE_DOFS,
+    structure::{BASE_DOFS, SphereConstants},
 };
 
 impl<L: Lane> Block<L> {
@@ -44,6 +44,18 @@ impl<L: Lane> Block<L> {
         let r_wb = state.base_orientation.to_matrix();
         let angular = total.angular - center.cross(total.linear);
         ([r_wb * angular, r_wb * total.linear], L::splat(0.5) * twice_energy)
+    }
+
+    /// Centers of the contact spheres in the world frame \[m\], in the order of `RobotModel::contacts`.
+    pub fn contact_centers(&mut self, engine: &Engine<L>) -> Vec<Vec3<L>> {
+        let Self { state, parameters, workspace: w, .. } = self;
+        let structure = engine.structure();
+        forward_kinematics(structure, parameters, state, &mut w.links);
+        let r_wb = state.base_orientation.to_matrix();
+        let center = |sphere: &SphereConstants<L::Scalar>| {
+            r_wb * sphere.center_in_base(parameters, &w.links) + state.base_position
+        };
+        structure.spheres.iter().map(center).collect()
     }
 
     /// Mass matrix with armature, full and symmetric, row by row: kg m² where both degrees of freedom turn, kg m

@@ -14,7 +14,7 @@ use crate::{
     ground,
     kinematics::forward_kinematics,
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force, whiten_velocity},
-    structure::{BASE_DOFS, broadcast},
+    structure::BASE_DOFS,
     workspace::Workspace,
 };
 
@@ -116,9 +116,7 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L
     w.contacts.clear();
     let spheres = structure.spheres.len();
     for (i, sphere) in structure.spheres.iter().enumerate() {
-        let link = &w.links[sphere.link];
-        let center_l = if sphere.is_hand { parameters.hand_position } else { broadcast(sphere.center) };
-        let center_b = link.r_bl * center_l + link.p_bl;
+        let center_b = sphere.center_in_base(parameters, &w.links);
         let center_w = r_wb * center_b + state.base_position;
         let radius = L::broadcast(sphere.radius);
         let (surface, wall) = ground::surface_and_wall(&engine.terrain, center_w, radius);

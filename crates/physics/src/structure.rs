@@ -8,6 +8,8 @@
 use robot::{JointKind, RobotModel};
 use spatial::{Inertia, Lane, Mat3, Vec3};
 
+use crate::{block::Parameters, kinematics::LinkKinematics};
+
 /// Degrees of freedom of the floating base.
 pub(crate) const BASE_DOFS: usize = 6;
 
@@ -112,6 +114,20 @@ pub(crate) struct SphereConstants<S> {
     pub(crate) radius: S,
     /// Its center is the hand's, which differs between robots.
     pub(crate) is_hand: bool,
+}
+
+impl<S: Copy> SphereConstants<S> {
+    /// The center in the base frame \[m\].
+    #[inline(always)]
+    pub(crate) fn center_in_base<L: Lane<Scalar = S>>(
+        &self,
+        parameters: &Parameters<L>,
+        links: &[LinkKinematics<L>],
+    ) -> Vec3<L> {
+        let link = &links[self.link];
+        let center_l = if self.is_hand { parameters.hand_position } else { broadcast(self.center) };
+        link.r_bl * center_l + link.p_bl
+    }
 }
 
 /// The tree.

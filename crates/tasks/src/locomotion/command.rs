@@ -19,6 +19,9 @@ pub struct CommandConfig {
     pub yaw_rate_radps: f32,
     /// Share of commands to stand still.
     pub standing_share: f32,
+    /// A command below this along all axes means to stand still \[m/s and rad/s\], and commands to stand are drawn within it: a
+    /// supervisor's zero is never exact, and a robot that follows it to the letter creeps.
+    pub standing_below: f32,
     /// Share of commands to turn on the spot.
     pub spinning_share: f32,
     /// Share of commands as a supervisor gives them while walking: forward 0 to the limit, turning, not sideways.
@@ -34,6 +37,7 @@ impl Default for CommandConfig {
             sideways_mps: 1.2,
             yaw_rate_radps: 1.75,
             standing_share: 0.15,
+            standing_below: 0.08,
             spinning_share: 0.15,
             guiding_share: 0.25,
             period_s: [4.0, 10.0],
@@ -52,6 +56,7 @@ impl CommandConfig {
             ("sideways_mps", self.sideways_mps),
             ("yaw_rate_radps", self.yaw_rate_radps),
             ("standing_share", self.standing_share),
+            ("standing_below", self.standing_below),
             ("spinning_share", self.spinning_share),
             ("guiding_share", self.guiding_share),
         ];
@@ -79,7 +84,7 @@ impl CommandConfig {
         let command = [around(self.forward_mps), around(self.sideways_mps), around(self.yaw_rate_radps)];
         let spinning = self.standing_share + self.spinning_share;
         if kind < self.standing_share {
-            [0.0; 3]
+            [0; 3].map(|_| around(self.standing_below))
         } else if kind < spinning {
             [0.0, 0.0, command[2]]
         } else if kind < spinning + self.guiding_share {
@@ -87,6 +92,11 @@ impl CommandConfig {
         } else {
             command
         }
+    }
+
+    /// What a command means: zero if it is within `standing_below`.
+    pub fn meant(&self, command: [f32; 3]) -> [f32; 3] {
+        if command.iter().all(|c| c.abs() < self.standing_below) { [0.0; 3] } else { command }
     }
 }
 
@@ -104,7 +114,8 @@ mod tests {
         let share = |test: &dyn Fn(&[f32; 3]) -> bool| {
             commands.iter().filter(|command| test(command)).count() as f32 / commands.len() as f32
         };
-        assert!((share(&|c| *c == [0.0; 3]) - 0.15).abs() < 0.01);
+        assert!((share(&|c| config.meant(*c) == [0.0; 3]) - 0.15).abs() < 0.01);
+        assert!(commands.iter().all(|c| *c != [0.0; 3]));
         assert!((share(&|c| c[0] == 0.0 && c[1] == 0.0 && c[2] != 0.0) - 0.15).abs() < 0.01);
         assert!((share(&|c| c[0] > 0.0 && c[1] == 0.0) - 0.25).abs() < 0.01);
         assert!(commands.iter().all(|c| c[0].abs() <= 1.2 && c[1].abs() <= 1.2 && c[2].abs() <= 1.75));

@@ -227,7 +227,7 @@ impl TaskGroup {
         let hand_touches = contacts.hand_force[lane] > CONTACT_THRESHOLD_N;
         let quantities = StepQuantities {
             motion,
-            command: self.robots[lane].command,
+            command: shared.config.command.meant(self.robots[lane].command),
             joint_offset: &std::array::from_fn(|j| position[j] - default[j]),
             joint_acceleration: &acceleration,
             joint_torque: &std::array::from_fn(|j| number(&block.output.joint_torque[j])),

@@ -1,31 +1,14 @@
-//! `guidedog inspect`: what a robot description or a policy file holds.
+//! `guidedog inspect policy`: the network of an ONNX file.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::path::Path;
 
 use anyhow::Result;
-use clap::{Args, Subcommand};
 use guidedog::error::OrBadInput as _;
 use guidedog::policy::{Mlp, OnnxPolicy, layout, read_onnx};
-use guidedog::robot::{Harness, RobotModel, anymal_d, load_urdf};
 use serde_json::json;
 
-/// Shows what a robot description or a policy file holds
-#[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
-pub(crate) struct Arguments {
-    #[command(subcommand)]
-    what: What,
-}
-
-const EXAMPLES: &str = "\
-Examples:
-  guidedog inspect robot                         ANYmal D with its harness, as trained
-  guidedog inspect robot my_dog.urdf --json      another robot, for a program
-  guidedog inspect policy runs/walk/policy.onnx  layers, limits and metadata of a network";
-
-const POLICY_HELP: &str = "\
+pub(super) const HELP: &str = "\
 Read are plain chains of layers (Gemm, or MatMul and Add) with one activation between them (Elu, Tanh,
 Relu). Scales and shifts before the first or behind a layer are folded into it, and Min, Max or Clip at
 the end become output limits: what is shown takes raw observations in SI units. Any other file is
@@ -38,71 +21,9 @@ Examples:
   guidedog inspect policy runs/walk/policy.onnx
   guidedog inspect policy runs/walk/policy.onnx --json | jq -r .metadata.joint_names";
 
-#[derive(Debug, Subcommand)]
-enum What {
-    /// The tree of links and joints after fixed joints are merged
-    Robot {
-        /// A URDF file [default: ANYmal D with the harness]
-        file: Option<PathBuf>,
-        /// Print JSON
-        #[arg(long)]
-        json: bool,
-    },
-    /// The network of an ONNX file: inputs, layers, activation, output limits, parameters, metadata
-    #[command(after_help = POLICY_HELP)]
-    Policy {
-        /// An ONNX file
-        file: PathBuf,
-        /// Print JSON
-        #[arg(long)]
-        json: bool,
-    },
-}
-
-pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
-    match &arguments.what {
-        What::Robot { file, json } => {
-            let model = robot(file.as_deref())?;
-            print!("{}", if *json { robot_json(&model) } else { model.tree_text() });
-        }
-        What::Policy { file, json } => {
-            let policy = policy(file)?;
-            print!("{}", if *json { policy_json(&policy) } else { policy_text(file, &policy) });
-        }
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-fn robot(file: Option<&Path>) -> Result<RobotModel> {
-    Ok(match file {
-        Some(path) => load_urdf(path).or_bad_input(|| format!("robot {}", path.display()))?,
-        None => anymal_d().with_harness(Harness::default())?,
-    })
-}
-
-fn robot_json(model: &RobotModel) -> String {
-    let joints = model.joints.iter().enumerate().map(|(index, joint)| {
-        json!({
-            "name": joint.name,
-            "parent": model.links[joint.parent_link].name,
-            "link": model.links[index + 1].name,
-            "axis": [joint.axis.x, joint.axis.y, joint.axis.z],
-            "origin_m": [joint.origin.x, joint.origin.y, joint.origin.z],
-            "position_low": joint.position_limits.0,
-            "position_high": joint.position_limits.1,
-            "effort_limit": joint.effort_limit,
-            "velocity_limit": joint.velocity_limit,
-        })
-    });
-    let links = model.links.iter().map(|link| json!({"name": link.name, "mass_kg": link.inertia.mass}));
-    let value = json!({
-        "name": model.name,
-        "total_mass_kg": model.total_mass(),
-        "links": links.collect::<Vec<_>>(),
-        "joints": joints.collect::<Vec<_>>(),
-        "contacts": model.contacts.iter().map(|c| &c.name).collect::<Vec<_>>(),
-    });
-    format!("{value:#}\n")
+pub(super) fn show(file: &Path, json: bool) -> Result<String> {
+    let policy = policy(file)?;
+    Ok(if json { policy_json(&policy) } else { policy_text(file, &policy) })
 }
 
 fn policy(file: &Path) -> Result<OnnxPolicy> {
