@@ -70,7 +70,9 @@ impl TaskConfig for GuidanceConfig {
         let ppo = ppo::Config {
             actor_hidden: vec![128, 128, 128],
             critic_hidden: vec![128, 128, 128],
-            gamma: 0.95,
+            // A command shows its worth within half a second, five decisions; what comes later is the next pull's.
+            gamma: 0.9,
+            lambda: 0.9,
             desired_kl: 0.04,
             anneal_iterations: 600,
             learning_rate_range: [1e-5, 5e-3],

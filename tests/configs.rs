@@ -8,14 +8,15 @@ use guidedog::run_config::{LocomotionRun, SupervisorRun};
 
 fn files(folder: &str) -> Vec<std::path::PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(folder);
-    let files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files: Vec<_> = files.filter(|path| path.is_file()).collect();
     assert!(!files.is_empty());
     files
 }
 
 #[test]
 fn locomotion_configurations_can_be_trained() {
-    for file in files("locomotion") {
+    for file in files("locomotion").into_iter().chain(files("locomotion/shipped")) {
         let config: LocomotionRun = resolve(Some(&file), &[]).unwrap();
         config.validate().unwrap();
         config.task.environments(16, 1).unwrap();

@@ -250,12 +250,12 @@ impl VecEnv for GuidanceEnv {
         layout::COMMAND
     }
 
-    /// As in locomotion, with 20 N as the unit of force: Table II's smaller threshold, so that its steps are steep enough to learn.
+    /// As in locomotion, with 10 N as the unit of force, half of Table II's smaller threshold, so that its steps are steep enough to learn.
     fn observation_scale(&self) -> Vec<f32> {
         let mut scale = vec![1.0; OBSERVATION];
         scale[layout::BASE_LINEAR_VELOCITY.range()].fill(2.0);
         scale[layout::BASE_ANGULAR_VELOCITY.range()].fill(1.0);
-        scale[layout::HARNESS_FORCE.range()].fill(1.0 / 20.0);
+        scale[layout::HARNESS_FORCE.range()].fill(1.0 / 10.0);
         scale[layout::JOINT_VELOCITY.range()].fill(0.05);
         scale
     }
