@@ -128,13 +128,16 @@ fn hold<L: Lane>(golden: &Golden, allowed: [f64; 4]) {
 #[test]
 fn double_precision_agrees_with_mujoco() {
     for golden in golden::all() {
-        hold::<f64>(&golden, [1e-10; 4]);
+        hold::<f64>(&golden, [1e-12; 4]);
     }
 }
 
+/// The base's own errors are large where its acceleration is small beside the joints'; a long chain amplifies rounding
+/// most, because what its last joints carry is light beside the whole.
 #[test]
 fn single_precision_lanes_agree_with_mujoco() {
     for golden in golden::all() {
-        hold::<f32x16>(&golden, [1e-6, 2e-6, 1e-4, 1e-4]);
+        let [all, base] = if golden.name == "anymal_d" { [1e-6, 1e-5] } else { [1e-5, 4e-5] };
+        hold::<f32x16>(&golden, [1e-6, 2e-6, all, base]);
     }
 }
