@@ -132,8 +132,8 @@ fn double_precision_agrees_with_mujoco() {
     }
 }
 
-/// The base's own errors are large where its acceleration is small beside the joints'; a long chain amplifies rounding
-/// most, because what its last joints carry is light beside the whole.
+/// The base's own errors are large where its acceleration is small beside the joints'. The chain amplifies rounding most:
+/// much of its weight swings on the base, and the mass matrix is the worse conditioned for it.
 #[test]
 fn single_precision_lanes_agree_with_mujoco() {
     for golden in golden::all() {
