@@ -1,6 +1,7 @@
 //! The generalized force that gravity, Coriolis and centrifugal effects take: recursive Newton–Euler at zero
-//! acceleration (Featherstone 2008, table 5.1), in the base frame.
+//! acceleration (Featherstone 2008, table 5.1), along the base's axes.
 
+use robot::JointKind;
 use spatial::{Lane, Vec3};
 
 use crate::{
@@ -8,7 +9,7 @@ use crate::{
     structure::{BASE_DOFS, Structure},
 };
 
-/// Motion of a link and the force it needs.
+/// Motion of a link and the force it needs, at and about its origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinkMotion<L> {
     velocity: Spatial<L>,
@@ -43,26 +44,26 @@ pub(crate) fn bias_force<L: Lane>(
     let acceleration = Spatial { angular: Vec3::zero(), linear: -(angular.cross(linear) + gravity) };
     motion[0] = newton_euler(&links[0], base, acceleration);
     for (j, joint) in structure.joints.iter().enumerate() {
-        let parent = &motion[joint.parent_link];
-        let subspace = links[j + 1].subspace;
-        let rate = velocity[BASE_DOFS + j];
-        let velocity = subspace.scale_add(rate, parent.velocity);
-        let (w, v) = (velocity.angular, velocity.linear);
-        let turning = Spatial {
-            angular: w.cross(subspace.angular),
-            linear: w.cross(subspace.linear) + v.cross(subspace.angular),
-        };
-        let acceleration = turning.scale_add(rate, parent.acceleration);
-        motion[j + 1] = newton_euler(&links[j + 1], velocity, acceleration);
+        let (link, parent) = (&links[j + 1], &motion[joint.parent_link]);
+        let carried = parent.velocity.motion_at(link.offset);
+        let rate = link.axis.scale(velocity[BASE_DOFS + j]);
+        // The axis turns with the parent: its motion changes by v × rate (Featherstone's ×).
+        let mut acceleration = parent.acceleration.motion_at(link.offset);
+        match joint.kind {
+            JointKind::Revolute => {
+                acceleration.angular += carried.angular.cross(rate);
+                acceleration.linear += carried.linear.cross(rate);
+            }
+            JointKind::Prismatic => acceleration.linear += carried.angular.cross(rate),
+        }
+        motion[j + 1] = newton_euler(link, carried.with_joint(joint.kind, rate), acceleration);
     }
     for (j, joint) in structure.joints.iter().enumerate().rev() {
-        let force = motion[j + 1].force;
-        bias[BASE_DOFS + j] = force.dot(links[j + 1].subspace);
-        motion[joint.parent_link].force = motion[joint.parent_link].force.add(force);
+        let (link, force) = (&links[j + 1], motion[j + 1].force);
+        bias[BASE_DOFS + j] = force.along(joint.kind, link.axis);
+        motion[joint.parent_link].force = motion[joint.parent_link].force.add(force.force_from(link.offset));
     }
-    for i in 0..BASE_DOFS {
-        bias[i] = motion[0].force.component(i);
-    }
+    bias[..BASE_DOFS].copy_from_slice(&motion[0].force.to_array());
 }
 
 /// Newton's and Euler's equations of one link: f = I a + v ×* I v.

@@ -5,6 +5,7 @@
 //! The number of sweeps is fixed, so a lane never waits for another. Zero restitution; penetration is corrected by a
 //! capped share each step, and a gap not yet closed only limits the approach (speculative contact).
 
+use robot::JointKind;
 use spatial::{Lane, Mask, Vec3};
 
 use crate::{
@@ -193,8 +194,11 @@ fn fill_columns<L: Lane>(frame: &ContactFrame<L>, link: usize, point: Vec3<L>, c
     columns[5] = Vec3::new(zero, zero, one);
     let chain = frame.structure.chain_of_link(link);
     for (column, &dof) in columns.iter_mut().zip(chain).skip(BASE_DOFS) {
-        let subspace = frame.links[dof - BASE_DOFS + 1].subspace;
-        *column = subspace.linear + subspace.angular.cross(point);
+        let link = &frame.links[dof - BASE_DOFS + 1];
+        *column = match frame.structure.joints[dof - BASE_DOFS].kind {
+            JointKind::Revolute => link.axis.cross(point - link.p_bl),
+            JointKind::Prismatic => link.axis,
+        };
     }
 }
 

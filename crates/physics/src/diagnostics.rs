@@ -30,15 +30,16 @@ impl<L: Lane> Block<L> {
         let mut twice_energy = L::zero();
         for (i, link) in w.links.iter().enumerate() {
             if i > 0 {
-                let parent = velocity[structure.joints[i - 1].parent_link];
-                velocity[i] = link.subspace.scale_add(state.joint_velocity[i - 1], parent);
+                let joint = &structure.joints[i - 1];
+                let rate = link.axis.scale(state.joint_velocity[i - 1]);
+                velocity[i] = velocity[joint.parent_link].motion_at(link.offset).with_joint(joint.kind, rate);
             }
-            let (angular, linear) = link.inertia.momentum(velocity[i].angular, velocity[i].linear);
-            let momentum = Spatial { angular, linear };
-            twice_energy += momentum.dot(velocity[i]);
-            total = total.add(momentum);
+            let Spatial { angular: w, linear: v } = velocity[i];
+            let (angular, linear) = link.inertia.momentum(w, v);
+            twice_energy += angular.dot(w) + linear.dot(v);
+            total = total.add(Spatial { angular, linear }.force_from(link.p_bl));
             mass += link.inertia.mass;
-            moment += link.inertia.moment;
+            moment += link.p_bl.scale_add(link.inertia.mass, link.inertia.moment);
         }
         let center = moment.scale(L::one() / mass);
         let r_wb = state.base_orientation.to_matrix();

@@ -4,6 +4,7 @@
 //! 6.3). With x = L v as coordinates of velocity the mass matrix becomes the identity: an impulse p moves x by L⁻ᵀ p, so a contact needs
 //! one whitened Jacobian J L⁻¹ for both its velocity and its effect.
 
+use robot::JointKind;
 use spatial::{Inertia, Lane, Vec3};
 
 use crate::{
@@ -25,19 +26,22 @@ pub(crate) fn composite_rigid_body<L: Lane>(
         *composite = link.inertia;
     }
     for (j, joint) in structure.joints.iter().enumerate().rev() {
-        composite[joint.parent_link] = composite[joint.parent_link] + composite[j + 1];
-        let subspace = links[j + 1].subspace;
-        let (angular, linear) = composite[j + 1].momentum(subspace.angular, subspace.linear);
-        let momentum = Spatial { angular, linear };
+        let (link, whole) = (&links[j + 1], composite[j + 1]);
+        composite[joint.parent_link] = composite[joint.parent_link] + whole.shifted(link.offset);
+        let (angular, linear) = match joint.kind {
+            JointKind::Revolute => whole.momentum_turning(link.axis),
+            JointKind::Prismatic => whole.momentum_sliding(link.axis),
+        };
+        let mut momentum = Spatial { angular, linear };
         let dof = BASE_DOFS + j;
         let chain = structure.chain(dof);
         let row = &mut mass[structure.row_start(dof)..][..chain.len()];
-        for i in 0..BASE_DOFS {
-            row[i] = momentum.component(i);
+        for (entry, &ancestor) in row.iter_mut().zip(chain).skip(BASE_DOFS).rev() {
+            let link = &links[ancestor - BASE_DOFS + 1];
+            *entry = momentum.along(structure.joints[ancestor - BASE_DOFS].kind, link.axis);
+            momentum = momentum.force_from(link.offset);
         }
-        for (entry, &ancestor) in row.iter_mut().zip(chain).skip(BASE_DOFS) {
-            *entry = momentum.dot(links[ancestor - BASE_DOFS + 1].subspace);
-        }
+        row[..BASE_DOFS].copy_from_slice(&momentum.to_array());
         row[chain.len() - 1] += diagonal[j];
     }
     base_block(&composite[0], mass);

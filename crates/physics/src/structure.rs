@@ -45,12 +45,12 @@ pub(crate) enum Axis {
 
 impl Axis {
     fn from_unit(axis: [f64; 3]) -> Self {
-        for (i, &a) in axis.iter().enumerate() {
-            if a.abs() > 1.0 - 1e-12 {
-                return Self::Frame(i, a.signum());
-            }
+        // By the other two components: the largest one hides an error of 1e-6 in its twelfth digit.
+        let is_along = |i: usize| axis.iter().enumerate().all(|(k, a)| k == i || a.abs() < 1e-12);
+        match (0..3).find(|&i| is_along(i)) {
+            Some(i) => Self::Frame(i, axis[i].signum()),
+            None => Self::General(axis),
         }
-        Self::General(axis)
     }
 
     /// `r_bp` turned by `angle` \[rad\] about the axis.

@@ -10,7 +10,7 @@ use crate::{
 /// Scratch memory of one block.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<L> {
-    /// Per link: pose, motion subspace, inertia.
+    /// Per link: pose, axis, inertia.
     pub(crate) links: Vec<LinkKinematics<L>>,
     /// Per link: velocity, acceleration, force.
     pub(crate) motion: Vec<LinkMotion<L>>,

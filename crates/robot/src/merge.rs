@@ -159,7 +159,8 @@ fn absorb(model: &mut RobotModel, placed: &Placed, raw: &RawLink) {
     }
 }
 
-/// The part a sphere stands for, by the name of its collision element, else of its link.
+/// The part a sphere stands for, by the name of its collision element, else of its link. A robot's own hands are no
+/// [`BodyPart::Hand`]: that is the handler's, which comes with a harness.
 fn part_of(collision: Option<&str>, link: &str) -> BodyPart {
     let known = [
         ("foot", BodyPart::Foot),
@@ -167,7 +168,6 @@ fn part_of(collision: Option<&str>, link: &str) -> BodyPart {
         ("calf", BodyPart::Shank),
         ("knee", BodyPart::Knee),
         ("thigh", BodyPart::Thigh),
-        ("hand", BodyPart::Hand),
         ("base", BodyPart::Base),
     ];
     for name in collision.into_iter().chain([link]) {

@@ -49,6 +49,12 @@ impl<L: Lane> Inertia<L> {
     /// `r_ab` turns `b` into `a` and `p_ab` is the origin of `b` in `a`.
     #[inline(always)]
     pub fn transformed(&self, r_ab: Mat3<L>, p_ab: Vec3<L>) -> Self {
+        self.rotated(r_ab).shifted(p_ab)
+    }
+
+    /// The same body about the same point, along the axes of `a`, where `r_ab` turns the present axes into those.
+    #[inline(always)]
+    pub fn rotated(&self, r_ab: Mat3<L>) -> Self {
         let [xx, yy, zz, xy, xz, yz] = self.rotational;
         let rotational =
             Mat3::from_columns(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz));
@@ -62,23 +68,32 @@ impl<L: Lane> Inertia<L> {
         let axis = |i: usize| Vec3::new(a.to_array()[i], b.to_array()[i], c.to_array()[i]);
         let (x, y, z) = (axis(0), axis(1), axis(2));
         let (rx, ry, rz) = (row(0), row(1), row(2));
-        let h = r_ab * self.moment;
-        let p = p_ab;
-        let m = self.mass;
+        Self {
+            mass: self.mass,
+            moment: r_ab * self.moment,
+            rotational: [rx.dot(x), ry.dot(y), rz.dot(z), rx.dot(y), rx.dot(z), ry.dot(z)],
+        }
+    }
+
+    /// The same body along the same axes about the origin of `a`, from which the present one is `p_ab` away.
+    #[inline(always)]
+    pub fn shifted(&self, p_ab: Vec3<L>) -> Self {
+        let (m, h, p) = (self.mass, self.moment, p_ab);
+        let [xx, yy, zz, xy, xz, yz] = self.rotational;
         // Parallel-axis theorem with the first moment h about the old origin:
-        // I' = R I Rᵀ + (2 p·h + m p·p) 1 − (p hᵀ + h pᵀ + m p pᵀ).
+        // I' = I + (2 p·h + m p·p) 1 − (p hᵀ + h pᵀ + m p pᵀ).
         let diagonal = L::splat(2.0).mul_add(p.dot(h), m * p.dot(p));
         let mixed = |pi: L, hi: L, pj: L, hj: L| pi.mul_add(hj, hi.mul_add(pj, m * pi * pj));
         Self {
             mass: m,
             moment: p.scale_add(m, h),
             rotational: [
-                rx.dot(x) + diagonal - mixed(p.x, h.x, p.x, h.x),
-                ry.dot(y) + diagonal - mixed(p.y, h.y, p.y, h.y),
-                rz.dot(z) + diagonal - mixed(p.z, h.z, p.z, h.z),
-                rx.dot(y) - mixed(p.x, h.x, p.y, h.y),
-                rx.dot(z) - mixed(p.x, h.x, p.z, h.z),
-                ry.dot(z) - mixed(p.y, h.y, p.z, h.z),
+                xx + diagonal - mixed(p.x, h.x, p.x, h.x),
+                yy + diagonal - mixed(p.y, h.y, p.y, h.y),
+                zz + diagonal - mixed(p.z, h.z, p.z, h.z),
+                xy - mixed(p.x, h.x, p.y, h.y),
+                xz - mixed(p.x, h.x, p.z, h.z),
+                yz - mixed(p.y, h.y, p.z, h.z),
             ],
         }
     }
@@ -87,14 +102,31 @@ impl<L: Lane> Inertia<L> {
     /// (angular momentum about the origin, linear momentum).
     #[inline(always)]
     pub fn momentum(&self, angular: Vec3<L>, linear: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        let spin = self.spin(angular);
+        (spin + self.moment.cross(linear), linear.scale_add(self.mass, angular.cross(self.moment)))
+    }
+
+    /// The rotational inertia times an angular velocity.
+    #[inline(always)]
+    fn spin(&self, w: Vec3<L>) -> Vec3<L> {
         let [xx, yy, zz, xy, xz, yz] = self.rotational;
-        let w = angular;
-        let spin = Vec3::new(
+        Vec3::new(
             xx.mul_add(w.x, xy.mul_add(w.y, xz * w.z)),
             xy.mul_add(w.x, yy.mul_add(w.y, yz * w.z)),
             xz.mul_add(w.x, yz.mul_add(w.y, zz * w.z)),
-        );
-        (spin + self.moment.cross(linear), linear.scale_add(self.mass, angular.cross(self.moment)))
+        )
+    }
+
+    /// [`Inertia::momentum`] of the body turning about its origin.
+    #[inline(always)]
+    pub fn momentum_turning(&self, angular: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        (self.spin(angular), angular.cross(self.moment))
+    }
+
+    /// [`Inertia::momentum`] of the body that does not turn.
+    #[inline(always)]
+    pub fn momentum_sliding(&self, linear: Vec3<L>) -> (Vec3<L>, Vec3<L>) {
+        (self.moment.cross(linear), linear.scale(self.mass))
     }
 
     /// The inertia of one lane as plain numbers.
