@@ -39,8 +39,8 @@ RISE = HAND_HEIGHT - BAR_START[2]
 HAND = BAR_START + np.array([-np.sqrt(BAR_LENGTH**2 - RISE**2), 0.0, RISE])
 
 
-def robot():
-    """The model, compiled by MuJoCo."""
+def description():
+    """ANYmal D with the harness as an editable specification; other scripts put it on a ground."""
     spec = mujoco.MjSpec.from_string(URDF.read_text())
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     spec.compiler.fusestatic = True
@@ -56,6 +56,12 @@ def robot():
     # The attribute is ours: MuJoCo's URDF reader passes over it.
     for joint in ElementTree.parse(URDF).getroot().findall("joint"):
         spec.joint(joint.get("name")).armature = float(joint.find("dynamics").get("armature"))
+    return spec
+
+
+def robot():
+    """The model, compiled by MuJoCo: nothing but the equation of motion."""
+    spec = description()
     flags = mujoco.mjtDisableBit
     spec.option.disableflags = flags.mjDSBL_CONTACT | flags.mjDSBL_LIMIT | flags.mjDSBL_CONSTRAINT
     return spec.compile()
@@ -158,4 +164,5 @@ def state(model, data, random, with_matrix):
         line("bias_force", to_mujoco.T @ data.qfrc_bias)
 
 
-main()
+if __name__ == "__main__":
+    main()
