@@ -45,7 +45,7 @@ class Robot:
     def __init__(self, name):
         elements = ElementTree.parse(ROBOTS[name]).getroot().findall("joint")
         self.elements = {joint.get("name"): joint for joint in elements if joint.get("type") != "fixed"}
-        self.model = compiled(name, self.elements)
+        self.model = compiled(name)
         self.data = mujoco.MjData(self.model)
         self.joints = breadth_first(self.model)
         assert self.model.nv == 6 + len(self.elements), "one degree of freedom a joint, and six"
@@ -94,8 +94,8 @@ class Robot:
         return np.array([mass, *(mass * center), *(tensor[i, j] for i, j in entries)])
 
 
-def compiled(name, joints):
-    """The model. `joints` are the moving joints' elements by name."""
+def description(name):
+    """The robot as an editable specification; mint_trajectories.py puts it on a ground."""
     spec = mujoco.MjSpec.from_string(ROBOTS[name].read_text())
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     spec.compiler.fusestatic = True
@@ -104,9 +104,16 @@ def compiled(name, joints):
     if name == "anymal_d":
         add_harness(base)
     # The attribute is ours: MuJoCo's URDF reader passes over it.
-    for joint, element in joints.items():
-        dynamics = element.find("dynamics")
-        spec.joint(joint).armature = 0.0 if dynamics is None else float(dynamics.get("armature"))
+    for joint in ElementTree.parse(ROBOTS[name]).getroot().findall("joint"):
+        dynamics = joint.find("dynamics")
+        if joint.get("type") != "fixed" and dynamics is not None:
+            spec.joint(joint.get("name")).armature = float(dynamics.get("armature"))
+    return spec
+
+
+def compiled(name):
+    """The model: nothing but the equation of motion."""
+    spec = description(name)
     flags = mujoco.mjtDisableBit
     spec.option.disableflags = flags.mjDSBL_CONTACT | flags.mjDSBL_LIMIT | flags.mjDSBL_CONSTRAINT
     return spec.compile()

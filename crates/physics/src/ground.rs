@@ -244,4 +244,48 @@ mod tests {
             assert!((p.gap - (1.0 - ground)).abs() < 1e-6);
         }
     }
+
+    /// Vertices 0.1 m apart at `unit` times 0 to 4, scattered.
+    fn rough(unit: f32) -> HeightField {
+        let height = |x: usize, y: usize| ((x * 7 + y * 3 + x * y * 5) % 11 % 5) as f32 * unit;
+        let corners = |x, y| [height(x, y), height(x + 1, y), height(x, y + 1), height(x + 1, y + 1)];
+        let cells = (0..400).map(|i| corners(i % 20, i / 20)).collect();
+        HeightField { cells, ..step() }
+    }
+
+    /// Height at which a ball comes to rest on the ground, over all of it, and the normal there.
+    fn resting(ground: &HeightField, x: f64, y: f64, radius: f64) -> (f64, Vec3<f64>) {
+        let offsets =
+            (-40..=40).flat_map(|i| (-40..=40).map(move |j| [i, j].map(|k| f64::from(k) / 40.0 * radius)));
+        let within = offsets.filter(|[dx, dy]| dx.hypot(*dy) < radius);
+        let touching = within.map(|[dx, dy]| {
+            let up = (radius * radius - dx * dx - dy * dy).sqrt();
+            let height = f64::from(ground.height((x + dx) as f32, (y + dy) as f32)) + up;
+            (height, Vec3::new(-dx, -dy, up).scale(1.0 / radius))
+        });
+        touching.max_by(|a, b| a.0.total_cmp(&b.0)).expect("a disk of points")
+    }
+
+    /// The plane of the triangle under the center stands for all triangles a ball may touch. What that costs by a crease
+    /// is known: the steeper the ground, the more. The last is what robots learn on (`terrain`, random rough).
+    #[test]
+    fn how_far_the_plane_under_the_center_is_from_the_ground() {
+        let radius = 0.031;
+        // Unit of height, worst error of the resting height [mm], share of places whose normal is off by over 5°.
+        // Measured: 1.04, 4.3 and 15.1 mm; 2.9, 11 and 20.7 %.
+        for (unit, worst_mm, share) in [(0.005, 1.2, 0.04), (0.01, 5.0, 0.13), (0.02, 17.0, 0.25)] {
+            let ground = rough(unit);
+            let (mut worst, mut off) = (0.0_f64, 0);
+            for i in 0..1000 {
+                // Evenly scattered: multiples of the golden ratio and of the root of two.
+                let [x, y] = [0.618_034, 0.414_214].map(|step| 0.1 + 1.8 * (f64::from(i) * step).fract());
+                let (height, normal) = resting(&ground, x, y, radius);
+                let (ours, _) = surface_and_wall(&ground, Vec3::splat([x, y, height]), radius);
+                worst = worst.max((ours.gap / ours.normal.z).abs() * 1e3);
+                off += i32::from(ours.normal.dot(normal) < 5.0_f64.to_radians().cos());
+            }
+            let off = f64::from(off) / 1000.0;
+            assert!(worst < worst_mm && off < share, "{unit} m: {worst} mm, {off}");
+        }
+    }
 }

@@ -1,9 +1,13 @@
 //! Mechanics with known answers: free fall, a pendulum, a torque-free body, blocks on inclines, a drop.
 
+#[path = "fixture/brick.rs"]
+mod brick;
+
 use std::sync::Arc;
 
+use brick::brick;
 use physics::{Block, Config, Engine};
-use robot::{BodyPart, ContactSphere, Joint, JointKind, Link, RobotModel};
+use robot::{Joint, JointKind, Link, RobotModel};
 use spatial::{Inertia, Quat, Vec3};
 use terrain::HeightField;
 
@@ -12,29 +16,6 @@ const DT: f64 = 0.005;
 fn body(name: &str, mass: f64, center: [f64; 3], about_center: [f64; 6]) -> Link {
     let inertia = Inertia::from_center_of_mass(mass, Vec3::splat(center), about_center);
     Link { name: name.to_owned(), inertia }
-}
-
-/// A brick of 10 kg, 0.4 × 0.2 × 0.1 m, with a point contact at each lower corner.
-fn brick() -> RobotModel {
-    let corner = |x: f64, y: f64| ContactSphere {
-        name: format!("corner {x} {y}"),
-        link: 0,
-        center: Vec3::splat([x, y, -0.04]),
-        radius: 0.01,
-        part: BodyPart::Base,
-    };
-    RobotModel {
-        name: "brick".to_owned(),
-        links: vec![body(
-            "brick",
-            10.0,
-            [0.0; 3],
-            [10.0 / 12.0 * 0.05, 10.0 / 12.0 * 0.17, 10.0 / 12.0 * 0.2, 0.0, 0.0, 0.0],
-        )],
-        joints: vec![],
-        contacts: vec![corner(0.2, 0.1), corner(0.2, -0.1), corner(-0.2, 0.1), corner(-0.2, -0.1)],
-        harness: None,
-    }
 }
 
 /// A base so heavy that it stands still for a pendulum of 1 kg on a massless 1 m rod.
