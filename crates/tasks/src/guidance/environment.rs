@@ -17,7 +17,7 @@ use crate::{
 
 const OBSERVATION: usize = layout::SUPERVISOR_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 1;
+const STATE_VERSION: u32 = 2;
 
 /// The guidance task for a number of robots.
 pub struct GuidanceEnv {
@@ -423,7 +423,7 @@ mod tests {
             let found = after(threads, cut);
             assert!(found.observations == expected.observations && found.rewards == expected.rewards);
         }
-        assert!(env(GuidanceConfig::default()).load_state(&[1, 0, 0, 0, 7]).is_err());
+        assert!(env(GuidanceConfig::default()).load_state(&[2, 0, 0, 0, 7]).is_err());
     }
 
     #[test]
