@@ -4,7 +4,7 @@
 //! cell stands higher: tread and riser of a stair at once. The face's upper border is an edge the sphere rolls over.
 
 use spatial::{Lane, Mask, Vec3};
-use terrain::{Cell, HeightField};
+use terrain::HeightField;
 
 /// A possible contact of a sphere.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,9 @@ pub(crate) struct Proximity<L> {
 struct GridPoint<L> {
     column: [usize; MAX_WIDTH],
     row: [usize; MAX_WIDTH],
+    /// The column and row beside that are nearer.
+    beside_column: [usize; MAX_WIDTH],
+    beside_row: [usize; MAX_WIDTH],
     /// Position within the cell, 0 to 1.
     u: L,
     v: L,
@@ -64,14 +67,14 @@ impl<L: Lane> Border<L> {
 #[inline(always)]
 pub(crate) fn faces<L: Lane>(ground: &HeightField, center: Vec3<L>, radius: L) -> [Proximity<L>; FACES] {
     let point = locate(ground, center.x, center.y);
-    let own = gather_beside(ground, &point, |_| (0, 0));
+    let own = gather::<L>(ground, &point.column, &point.row);
     let surface = surface_of_cell(ground, &point, &own, center, radius);
 
     // Only the nearer border along each axis is within a sphere's reach: cells are 0.1 m wide.
     let size = L::splat(f64::from(ground.cell_size));
     let (x, y) = (Border::nearer(point.u, size), Border::nearer(point.v, size));
-    let beside_x = gather_beside(ground, &point, |lane| (side(point.u.get(lane)), 0));
-    let beside_y = gather_beside(ground, &point, |lane| (0, side(point.v.get(lane))));
+    let beside_x = gather::<L>(ground, &point.beside_column, &point.row);
+    let beside_y = gather::<L>(ground, &point.column, &point.beside_row);
 
     let mix = |a: L, b: L, t: L| t.mul_add(b - a, a);
     let [h00, h10, h01, h11] = own;
@@ -90,9 +93,13 @@ pub(crate) fn faces<L: Lane>(ground: &HeightField, center: Vec3<L>, radius: L) -
         Proximity { gap, normal: Vec3::new(L::zero(), y.away * across, up) }
     };
     let foot = x.greater.select(y.greater.select(h11, h10), y.greater.select(h01, h00));
-    let edge = upright_edge(center.z, radius, foot, height_across(ground, &point), &x, &y);
-    let no_wall = x_wall.gap.ge(far()).and(y_wall.gap.ge(far()));
-    [surface, select(no_wall, edge, x_wall), y_wall]
+    let top = height_across(ground, &point);
+    let alone = x_wall.gap.ge(far()).and(y_wall.gap.ge(far())).and(stands(center.z, foot, top));
+    if !alone.any() {
+        return [surface, x_wall, y_wall];
+    }
+    let edge = upright_edge(center.z, radius, foot, top, &x, &y);
+    [surface, select(alone, edge, x_wall), y_wall]
 }
 
 #[inline(always)]
@@ -135,13 +142,12 @@ fn wall<L: Lane>(z: L, radius: L, foot: L, top: L, distance: L) -> (L, L, L) {
     let at_border = reach.lt(tiny);
     let across = at_border.select(L::one(), distance * inverse);
     let up = at_border.select(L::zero(), above * inverse);
-    let stands = (top - foot).gt(L::splat(MIN_WALL_HEIGHT)).and((z - foot).lt(L::splat(MAX_WALL_HEIGHT)));
-    (stands.select(reach - radius, far()), across, up)
+    (stands(z, foot, top).select(reach - radius, far()), across, up)
 }
 
 #[inline(always)]
-fn side(within: f64) -> isize {
-    if within >= 0.5 { 1 } else { -1 }
+fn stands<L: Lane>(z: L, foot: L, top: L) -> L::Mask {
+    (top - foot).gt(L::splat(MIN_WALL_HEIGHT)).and((z - foot).lt(L::splat(MAX_WALL_HEIGHT)))
 }
 
 #[inline(always)]
@@ -155,25 +161,34 @@ fn locate<L: Lane>(ground: &HeightField, x: L, y: L) -> GridPoint<L> {
     let y = across(y, ground.origin[1], rows);
     let cell_x = x.floor().min(L::splat((columns - 1) as f64));
     let cell_y = y.floor().min(L::splat((rows - 1) as f64));
-    let (mut column, mut row) = ([0; MAX_WIDTH], [0; MAX_WIDTH]);
+    let (u, v) = (x - cell_x, y - cell_y);
+    let nothing = [0; MAX_WIDTH];
+    let mut point =
+        GridPoint { column: nothing, row: nothing, beside_column: nothing, beside_row: nothing, u, v };
     for lane in 0..L::WIDTH {
-        column[lane] = cell_x.index(lane).min(columns - 1);
-        row[lane] = cell_y.index(lane).min(rows - 1);
+        let (column, row) = (cell_x.index(lane).min(columns - 1), cell_y.index(lane).min(rows - 1));
+        point.column[lane] = column;
+        point.row[lane] = row;
+        point.beside_column[lane] = nearer(column, u.get(lane), columns);
+        point.beside_row[lane] = nearer(row, v.get(lane), rows);
     }
-    GridPoint { column, row, u: x - cell_x, v: y - cell_y }
+    point
 }
 
-/// Corner heights of the cell `offset(lane)` cells away.
+/// Index of the nearer of the two beside `index`; itself where the field ends.
 #[inline(always)]
-fn gather_beside<L: Lane>(
-    ground: &HeightField,
-    point: &GridPoint<L>,
-    offset: impl Fn(usize) -> (isize, isize),
-) -> [L; 4] {
+fn nearer(index: usize, within: f64, count: usize) -> usize {
+    if within >= 0.5 { (index + 1).min(count - 1) } else { index.saturating_sub(1) }
+}
+
+/// Corner heights of one cell a lane.
+#[inline(always)]
+fn gather<L: Lane>(ground: &HeightField, column: &[usize; MAX_WIDTH], row: &[usize; MAX_WIDTH]) -> [L; 4] {
     let mut corners = [L::zero(); 4];
     for lane in 0..L::WIDTH {
-        for (corner, height) in corners.iter_mut().zip(neighbor(ground, point, lane, offset(lane))) {
-            corner.set(lane, f64::from(*height));
+        let cell = ground.cells[row[lane] * ground.columns + column[lane]];
+        for (corner, height) in corners.iter_mut().zip(cell) {
+            corner.set(lane, f64::from(height));
         }
     }
     corners
@@ -182,23 +197,13 @@ fn gather_beside<L: Lane>(
 /// Height of the cell diagonally across at the corner that is shared with it \[m\].
 #[inline(always)]
 fn height_across<L: Lane>(ground: &HeightField, point: &GridPoint<L>) -> L {
-    L::from_fn(|lane| {
-        let (dx, dy) = (side(point.u.get(lane)), side(point.v.get(lane)));
-        let corner = usize::from(dx < 0) + 2 * usize::from(dy < 0);
-        f64::from(neighbor(ground, point, lane, (dx, dy))[corner])
-    })
-}
-
-#[inline(always)]
-fn neighbor<'a, L>(
-    ground: &'a HeightField,
-    point: &GridPoint<L>,
-    lane: usize,
-    (dx, dy): (isize, isize),
-) -> &'a Cell {
-    let column = point.column[lane].saturating_add_signed(dx).min(ground.columns - 1);
-    let row = point.row[lane].saturating_add_signed(dy).min(ground.rows - 1);
-    &ground.cells[row * ground.columns + column]
+    let mut height = L::zero();
+    for lane in 0..L::WIDTH {
+        let corner = usize::from(point.u.get(lane) < 0.5) + 2 * usize::from(point.v.get(lane) < 0.5);
+        let cell = ground.cells[point.beside_row[lane] * ground.columns + point.beside_column[lane]];
+        height.set(lane, f64::from(cell[corner]));
+    }
+    height
 }
 
 /// Distance to the plane of the triangle under the center.
