@@ -1,4 +1,5 @@
 //! A ball, and grounds made of cells, whose motion can be worked out by hand.
+#![allow(dead_code, reason = "no test uses all of it")]
 
 use std::sync::Arc;
 
