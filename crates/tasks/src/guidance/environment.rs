@@ -182,6 +182,7 @@ impl GuidedSquad {
                     self.observe(shared, robot, &mut out.last_observations[row.clone()]);
                 } else {
                     out.last_observations[row.clone()].fill(0.0);
+                    self.metrics.broken += 1.0;
                 }
                 self.reset(shared, robot);
             } else {
@@ -349,6 +350,9 @@ impl VecEnv for GuidanceEnv {
         reader.finish()
     }
 }
+
+#[cfg(test)]
+mod non_finite;
 
 #[cfg(test)]
 mod tests {

@@ -387,3 +387,6 @@ impl VecEnv for LocomotionEnv {
         reader.finish()
     }
 }
+
+#[cfg(test)]
+mod non_finite;
