@@ -18,7 +18,7 @@ use crate::{
 /// One contact that entered the solver.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact<L> {
-    /// Index of the sphere's slot: surface contacts first, then walls.
+    /// Place among all possible contacts: the first faces of all spheres, then the second, then the third.
     slot: usize,
     link: usize,
     /// Whitened Jacobian, one column a degree of freedom of the link's chain; base frame.
@@ -58,7 +58,7 @@ impl<L: Lane> Contact<L> {
 pub(crate) struct ContactSet<L> {
     contacts: Vec<Contact<L>>,
     active: usize,
-    /// Impulses of the last step in the world frame \[N s\], two slots a sphere: surfaces, then walls.
+    /// Impulses of the last step in the world frame \[N s\], one a slot.
     pub(crate) last_impulse: Vec<Vec3<L>>,
 }
 
@@ -75,9 +75,9 @@ pub(crate) struct ContactFrame<'a, L: Lane> {
 impl<L: Lane> ContactSet<L> {
     pub(crate) fn new(spheres: usize, max_chain: usize) -> Self {
         Self {
-            contacts: (0..2 * spheres).map(|_| Contact::new(max_chain)).collect(),
+            contacts: (0..ground::FACES * spheres).map(|_| Contact::new(max_chain)).collect(),
             active: 0,
-            last_impulse: vec![Vec3::zero(); 2 * spheres],
+            last_impulse: vec![Vec3::zero(); ground::FACES * spheres],
         }
     }
 

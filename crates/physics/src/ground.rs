@@ -19,6 +19,9 @@ pub(crate) struct Proximity<L> {
 struct GridPoint<L> {
     column: [usize; MAX_WIDTH],
     row: [usize; MAX_WIDTH],
+    /// The column and row beside that are nearer.
+    beside_column: [usize; MAX_WIDTH],
+    beside_row: [usize; MAX_WIDTH],
     /// Position within the cell, 0 to 1.
     u: L,
     v: L,
@@ -31,55 +34,95 @@ const MIN_WALL_HEIGHT: f64 = 1e-3;
 /// No wall is looked for this far above the ground \[m\]: no step of any terrain is higher.
 const MAX_WALL_HEIGHT: f64 = 0.5;
 
-/// Distance of spheres to the surface under their centers and to the nearest wall beside them.
+/// Pieces of ground a sphere can touch at once: the surface under its center, a wall across x (or, where there is
+/// none, an upright edge) and a wall across y.
+pub(crate) const FACES: usize = 3;
+
+/// The border of a cell that is nearer along one axis.
+struct Border<L: Lane> {
+    /// It is the one toward the greater coordinate.
+    greater: L::Mask,
+    /// From the point to it \[m\].
+    distance: L,
+    /// Direction along the axis from it to the point, ±1.
+    away: L,
+}
+
+impl<L: Lane> Border<L> {
+    #[inline(always)]
+    fn nearer(within: L, size: L) -> Self {
+        let greater = within.ge(L::splat(0.5));
+        Self {
+            greater,
+            distance: greater.select(L::one() - within, within) * size,
+            away: greater.select(-L::one(), L::one()),
+        }
+    }
+}
+
+/// Distances of spheres to the pieces of ground they can touch.
+///
+/// Each wall has a place of its own, for where two of them meet a sphere rests on both: with the nearer alone it
+/// sinks into the other by what a step moves it.
 #[inline(always)]
-pub(crate) fn surface_and_wall<L: Lane>(
-    ground: &HeightField,
-    center: Vec3<L>,
-    radius: L,
-) -> (Proximity<L>, Proximity<L>) {
+pub(crate) fn faces<L: Lane>(ground: &HeightField, center: Vec3<L>, radius: L) -> [Proximity<L>; FACES] {
     let point = locate(ground, center.x, center.y);
-    let own = gather(ground, &point, 0, 0);
+    let own = gather::<L>(ground, &point.column, &point.row);
     let surface = surface_of_cell(ground, &point, &own, center, radius);
 
     // Only the nearer border along each axis is within a sphere's reach: cells are 0.1 m wide.
-    let half = L::splat(0.5);
-    let toward_x = point.u.ge(half);
-    let toward_y = point.v.ge(half);
     let size = L::splat(f64::from(ground.cell_size));
-    let beside_x = gather_beside(ground, &point, |lane| (side(point.u.get(lane)), 0));
-    let beside_y = gather_beside(ground, &point, |lane| (0, side(point.v.get(lane))));
+    let (x, y) = (Border::nearer(point.u, size), Border::nearer(point.v, size));
+    let beside_x = gather::<L>(ground, &point.beside_column, &point.row);
+    let beside_y = gather::<L>(ground, &point.column, &point.beside_row);
 
     let mix = |a: L, b: L, t: L| t.mul_add(b - a, a);
     let [h00, h10, h01, h11] = own;
     let x_wall = {
-        let own_height = toward_x.select(mix(h10, h11, point.v), mix(h00, h01, point.v));
+        let own_height = x.greater.select(mix(h10, h11, point.v), mix(h00, h01, point.v));
         let [n00, n10, n01, n11] = beside_x;
-        let top = toward_x.select(mix(n00, n01, point.v), mix(n10, n11, point.v));
-        let distance = toward_x.select(L::one() - point.u, point.u) * size;
-        let away = toward_x.select(-L::one(), L::one());
-        let (gap, across, up) = wall(center.z, radius, own_height, top, distance);
-        Proximity { gap, normal: Vec3::new(away * across, L::zero(), up) }
+        let top = x.greater.select(mix(n00, n01, point.v), mix(n10, n11, point.v));
+        let (gap, across, up) = wall(center.z, radius, own_height, top, x.distance);
+        Proximity { gap, normal: Vec3::new(x.away * across, L::zero(), up) }
     };
     let y_wall = {
-        let own_height = toward_y.select(mix(h01, h11, point.u), mix(h00, h10, point.u));
+        let own_height = y.greater.select(mix(h01, h11, point.u), mix(h00, h10, point.u));
         let [n00, n10, n01, n11] = beside_y;
-        let top = toward_y.select(mix(n00, n10, point.u), mix(n01, n11, point.u));
-        let distance = toward_y.select(L::one() - point.v, point.v) * size;
-        let away = toward_y.select(-L::one(), L::one());
-        let (gap, across, up) = wall(center.z, radius, own_height, top, distance);
-        Proximity { gap, normal: Vec3::new(L::zero(), away * across, up) }
+        let top = y.greater.select(mix(n00, n10, point.u), mix(n01, n11, point.u));
+        let (gap, across, up) = wall(center.z, radius, own_height, top, y.distance);
+        Proximity { gap, normal: Vec3::new(L::zero(), y.away * across, up) }
     };
-    let x_is_nearer = x_wall.gap.le(y_wall.gap);
-    let nearest = Proximity {
-        gap: x_is_nearer.select(x_wall.gap, y_wall.gap),
-        normal: Vec3::new(
-            x_is_nearer.select(x_wall.normal.x, y_wall.normal.x),
-            x_is_nearer.select(x_wall.normal.y, y_wall.normal.y),
-            x_is_nearer.select(x_wall.normal.z, y_wall.normal.z),
-        ),
-    };
-    (surface, nearest)
+    let foot = x.greater.select(y.greater.select(h11, h10), y.greater.select(h01, h00));
+    let top = height_across(ground, &point);
+    let alone = x_wall.gap.ge(far()).and(y_wall.gap.ge(far())).and(stands(center.z, foot, top));
+    if !alone.any() {
+        return [surface, x_wall, y_wall];
+    }
+    let edge = upright_edge(center.z, radius, foot, top, &x, &y);
+    [surface, select(alone, edge, x_wall), y_wall]
+}
+
+#[inline(always)]
+fn select<L: Lane>(mask: L::Mask, if_true: Proximity<L>, if_false: Proximity<L>) -> Proximity<L> {
+    let (a, b) = (if_true.normal, if_false.normal);
+    Proximity {
+        gap: mask.select(if_true.gap, if_false.gap),
+        normal: Vec3::new(mask.select(a.x, b.x), mask.select(a.y, b.y), mask.select(a.z, b.z)),
+    }
+}
+
+/// The corner of a box seen from the cell that touches it there only: without it a sphere would be inside before it
+/// met a wall.
+#[inline(always)]
+fn upright_edge<L: Lane>(z: L, radius: L, foot: L, top: L, x: &Border<L>, y: &Border<L>) -> Proximity<L> {
+    let distance = x.distance.mul_add(x.distance, y.distance * y.distance).sqrt();
+    let tiny = L::splat(1e-6);
+    let inverse = L::one() / distance.max(tiny);
+    let at_edge = distance.lt(tiny);
+    let along_x = at_edge.select(L::one(), x.distance * inverse);
+    let along_y = at_edge.select(L::zero(), y.distance * inverse);
+    let (gap, across, up) = wall(z, radius, foot, top, distance);
+    Proximity { gap, normal: Vec3::new(x.away * along_x * across, y.away * along_y * across, up) }
 }
 
 /// A gap that never closes.
@@ -99,13 +142,12 @@ fn wall<L: Lane>(z: L, radius: L, foot: L, top: L, distance: L) -> (L, L, L) {
     let at_border = reach.lt(tiny);
     let across = at_border.select(L::one(), distance * inverse);
     let up = at_border.select(L::zero(), above * inverse);
-    let stands = (top - foot).gt(L::splat(MIN_WALL_HEIGHT)).and((z - foot).lt(L::splat(MAX_WALL_HEIGHT)));
-    (stands.select(reach - radius, far()), across, up)
+    (stands(z, foot, top).select(reach - radius, far()), across, up)
 }
 
 #[inline(always)]
-fn side(within: f64) -> isize {
-    if within >= 0.5 { 1 } else { -1 }
+fn stands<L: Lane>(z: L, foot: L, top: L) -> L::Mask {
+    (top - foot).gt(L::splat(MIN_WALL_HEIGHT)).and((z - foot).lt(L::splat(MAX_WALL_HEIGHT)))
 }
 
 #[inline(always)]
@@ -119,37 +161,49 @@ fn locate<L: Lane>(ground: &HeightField, x: L, y: L) -> GridPoint<L> {
     let y = across(y, ground.origin[1], rows);
     let cell_x = x.floor().min(L::splat((columns - 1) as f64));
     let cell_y = y.floor().min(L::splat((rows - 1) as f64));
-    let (mut column, mut row) = ([0; MAX_WIDTH], [0; MAX_WIDTH]);
+    let (u, v) = (x - cell_x, y - cell_y);
+    let nothing = [0; MAX_WIDTH];
+    let mut point =
+        GridPoint { column: nothing, row: nothing, beside_column: nothing, beside_row: nothing, u, v };
     for lane in 0..L::WIDTH {
-        column[lane] = cell_x.index(lane).min(columns - 1);
-        row[lane] = cell_y.index(lane).min(rows - 1);
+        let (column, row) = (cell_x.index(lane).min(columns - 1), cell_y.index(lane).min(rows - 1));
+        point.column[lane] = column;
+        point.row[lane] = row;
+        point.beside_column[lane] = nearer(column, u.get(lane), columns);
+        point.beside_row[lane] = nearer(row, v.get(lane), rows);
     }
-    GridPoint { column, row, u: x - cell_x, v: y - cell_y }
+    point
 }
 
+/// Index of the nearer of the two beside `index`; itself where the field ends.
 #[inline(always)]
-fn gather<L: Lane>(ground: &HeightField, point: &GridPoint<L>, dx: isize, dy: isize) -> [L; 4] {
-    gather_beside(ground, point, |_| (dx, dy))
+fn nearer(index: usize, within: f64, count: usize) -> usize {
+    if within >= 0.5 { (index + 1).min(count - 1) } else { index.saturating_sub(1) }
 }
 
-/// Corner heights of the cell `offset(lane)` cells away.
+/// Corner heights of one cell a lane.
 #[inline(always)]
-fn gather_beside<L: Lane>(
-    ground: &HeightField,
-    point: &GridPoint<L>,
-    offset: impl Fn(usize) -> (isize, isize),
-) -> [L; 4] {
+fn gather<L: Lane>(ground: &HeightField, column: &[usize; MAX_WIDTH], row: &[usize; MAX_WIDTH]) -> [L; 4] {
     let mut corners = [L::zero(); 4];
     for lane in 0..L::WIDTH {
-        let (dx, dy) = offset(lane);
-        let column = point.column[lane].saturating_add_signed(dx).min(ground.columns - 1);
-        let row = point.row[lane].saturating_add_signed(dy).min(ground.rows - 1);
-        let cell = ground.cells[row * ground.columns + column];
+        let cell = ground.cells[row[lane] * ground.columns + column[lane]];
         for (corner, height) in corners.iter_mut().zip(cell) {
             corner.set(lane, f64::from(height));
         }
     }
     corners
+}
+
+/// Height of the cell diagonally across at the corner that is shared with it \[m\].
+#[inline(always)]
+fn height_across<L: Lane>(ground: &HeightField, point: &GridPoint<L>) -> L {
+    let mut height = L::zero();
+    for lane in 0..L::WIDTH {
+        let corner = usize::from(point.u.get(lane) < 0.5) + 2 * usize::from(point.v.get(lane) < 0.5);
+        let cell = ground.cells[point.beside_row[lane] * ground.columns + point.beside_column[lane]];
+        height.set(lane, f64::from(cell[corner]));
+    }
+    height
 }
 
 /// Distance to the plane of the triangle under the center.
@@ -196,13 +250,15 @@ mod tests {
         field
     }
 
-    fn at(x: f64, z: f64) -> (Proximity<f64>, Proximity<f64>) {
-        surface_and_wall(&step(), Vec3::splat([x, 0.55, z]), 0.03)
+    fn at(x: f64, z: f64) -> [Proximity<f64>; 2] {
+        let [surface, x_wall, y_wall] = faces(&step(), Vec3::splat([x, 0.55, z]), 0.03);
+        assert_eq!(y_wall.gap, far());
+        [surface, x_wall]
     }
 
     #[test]
     fn a_sphere_in_the_inner_edge_touches_tread_and_riser() {
-        let (tread, riser) = at(0.97, 0.03);
+        let [tread, riser] = at(0.97, 0.03);
         assert!(tread.gap.abs() < 1e-6 && riser.gap.abs() < 1e-6);
         assert!((tread.normal.z - 1.0).abs() < 1e-12);
         assert!((riser.normal.x + 1.0).abs() < 1e-12);
@@ -210,7 +266,7 @@ mod tests {
 
     #[test]
     fn beside_the_outer_edge_the_normal_points_from_the_edge() {
-        let (surface, edge) = at(0.98, 0.22);
+        let [surface, edge] = at(0.98, 0.22);
         assert!((surface.gap - 0.19).abs() < 1e-6);
         let expected = (2.0_f64).sqrt() * 0.02 - 0.03;
         assert!((edge.gap - expected).abs() < 1e-6);
@@ -220,16 +276,30 @@ mod tests {
 
     #[test]
     fn on_the_plateau_there_is_no_wall() {
-        let (surface, wall) = at(1.02, 0.23);
+        let [surface, wall] = at(1.02, 0.23);
         assert!(surface.gap.abs() < 1e-6);
         assert!(wall.gap > 1.0);
+    }
+
+    #[test]
+    fn the_corner_of_a_box_pushes_away_from_its_upright_edge() {
+        let mut field = step();
+        for (i, cell) in field.cells.iter_mut().enumerate() {
+            *cell = [if i % 20 >= 10 && i / 20 >= 10 { 0.2 } else { 0.0 }; 4];
+        }
+        let [_, edge, y_wall] = faces(&field, Vec3::splat([0.97, 0.96, 0.03]), 0.03);
+        assert!((edge.gap - 0.02).abs() < 1e-6 && y_wall.gap > 1.0);
+        assert!((edge.normal - Vec3::splat([-0.6, -0.8, 0.0])).norm() < 1e-6);
+        // Beside a face the edge is none.
+        let [_, x_wall, y_wall] = faces(&field, Vec3::splat([0.97, 1.01, 0.03]), 0.03);
+        assert!(x_wall.gap.abs() < 1e-6 && x_wall.normal.y == 0.0 && y_wall.gap > 1.0);
     }
 
     #[test]
     fn a_slope_pushes_along_its_normal() {
         let mut field = HeightField::flat(0.0);
         field.cells = vec![[0.0, 0.05, 0.0, 0.05]];
-        let (p, _) = surface_and_wall(&field, Vec3::splat([0.0, 0.0, 0.1]), 0.03);
+        let [p, ..] = faces(&field, Vec3::splat([0.0, 0.0, 0.1]), 0.03);
         // The plane z = 0.025 + x / 2 at the cell's center.
         let cosine = 1.0 / 1.25_f64.sqrt();
         assert!((p.gap - (0.075 * cosine - 0.03)).abs() < 1e-6);
@@ -239,7 +309,7 @@ mod tests {
     #[test]
     fn far_outside_the_field_the_border_goes_on() {
         for x in [-1e6, 1e6, 1e30] {
-            let (p, _) = surface_and_wall(&step(), Vec3::splat([x, 0.0, 1.0]), 0.0);
+            let [p, ..] = faces(&step(), Vec3::splat([x, 0.0, 1.0]), 0.0);
             let ground = if x < 0.0 { 0.0 } else { 0.2 };
             assert!((p.gap - (1.0 - ground)).abs() < 1e-6);
         }

@@ -119,9 +119,9 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L
         let center_b = sphere.center_in_base(parameters, &w.links);
         let center_w = r_wb * center_b + state.base_position;
         let radius = L::broadcast(sphere.radius);
-        let (surface, wall) = ground::surface_and_wall(&engine.terrain, center_w, radius);
-        w.contacts.add(&frame, i, sphere.link, center_b, radius, surface);
-        w.contacts.add(&frame, spheres + i, sphere.link, center_b, radius, wall);
+        for (k, face) in ground::faces(&engine.terrain, center_w, radius).into_iter().enumerate() {
+            w.contacts.add(&frame, k * spheres + i, sphere.link, center_b, radius, face);
+        }
     }
     w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &state.joint_position);
 }

@@ -30,7 +30,7 @@ pub(crate) struct JointConstants<S> {
     pub(crate) axis: Axis,
     pub(crate) inertia: InertiaConstants<S>,
     pub(crate) armature: S,
-    /// Lower and upper position limit; absent for a continuous joint.
+    /// Lower and upper position limit, of which one may be infinite; absent for a continuous joint.
     pub(crate) limits: Option<[S; 2]>,
 }
 
@@ -154,7 +154,7 @@ impl<S: Copy> Structure<S> {
                 axis: Axis::from_unit(joint.axis.to_array()),
                 inertia: InertiaConstants::new::<L>(&robot.links[j + 1].inertia),
                 armature: L::scalar(joint.armature),
-                limits: (joint.position_limits.0.is_finite() && joint.position_limits.1.is_finite())
+                limits: (joint.position_limits.0.is_finite() || joint.position_limits.1.is_finite())
                     .then(|| [L::scalar(joint.position_limits.0), L::scalar(joint.position_limits.1)]),
             })
             .collect();

@@ -17,7 +17,7 @@ use crate::{
 
 const OBSERVATION: usize = layout::SUPERVISOR_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 1;
+const STATE_VERSION: u32 = 2;
 
 /// The guidance task for a number of robots.
 pub struct GuidanceEnv {
@@ -182,6 +182,7 @@ impl GuidedSquad {
                     self.observe(shared, robot, &mut out.last_observations[row.clone()]);
                 } else {
                     out.last_observations[row.clone()].fill(0.0);
+                    self.metrics.broken += 1.0;
                 }
                 self.reset(shared, robot);
             } else {
@@ -351,6 +352,9 @@ impl VecEnv for GuidanceEnv {
 }
 
 #[cfg(test)]
+mod non_finite;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::{guidance::test_policy, locomotion::Terrain};
@@ -423,7 +427,7 @@ mod tests {
             let found = after(threads, cut);
             assert!(found.observations == expected.observations && found.rewards == expected.rewards);
         }
-        assert!(env(GuidanceConfig::default()).load_state(&[1, 0, 0, 0, 7]).is_err());
+        assert!(env(GuidanceConfig::default()).load_state(&[2, 0, 0, 0, 7]).is_err());
     }
 
     #[test]

@@ -8,6 +8,8 @@ pub(super) struct Metrics {
     steps: f64,
     /// Falls.
     pub(super) falls: f64,
+    /// States that were no longer numbers.
+    pub(super) broken: f64,
     /// Behavior reward by what was meant, in the order of [`Behavior::ALL`].
     rewards: [f64; 4],
 }
@@ -23,6 +25,7 @@ impl Metrics {
     pub(super) fn merge(&mut self, o: &Self) {
         self.steps += o.steps;
         self.falls += o.falls;
+        self.broken += o.broken;
         for (sum, other) in self.rewards.iter_mut().zip(o.rewards) {
             *sum += other;
         }
@@ -40,6 +43,7 @@ impl Metrics {
         named.push(("paper/total".to_owned(), PAPER_TOTAL));
         named.extend(Behavior::ALL.map(|behavior| (format!("paper/{behavior}"), behavior.paper_share())));
         named.push(("falls_per_1000".to_owned(), 1000.0 * self.falls / steps));
+        named.push(("broken_states".to_owned(), self.broken));
         named
     }
 }

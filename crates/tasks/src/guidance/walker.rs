@@ -138,6 +138,12 @@ impl Squad {
         self.groups[robot / GROUP].is_sound(robot % GROUP)
     }
 
+    /// The group a robot is in, to spoil its state in a test.
+    #[cfg(test)]
+    pub(super) fn group_mut(&mut self, robot: usize) -> &mut Group {
+        &mut self.groups[robot / GROUP]
+    }
+
     /// Force of the hand on the robot from now on, heading frame \[N\].
     pub fn set_hand_force(&mut self, robot: usize, force: [f32; 3]) {
         let input = &mut self.groups[robot / GROUP].block.input;

@@ -13,7 +13,7 @@ use crate::{
 
 const OBSERVATION: usize = layout::LOCOMOTION_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 2;
+const STATE_VERSION: u32 = 3;
 
 /// The locomotion task for a number of robots.
 pub struct LocomotionEnv {
@@ -387,3 +387,6 @@ impl VecEnv for LocomotionEnv {
         reader.finish()
     }
 }
+
+#[cfg(test)]
+mod non_finite;
