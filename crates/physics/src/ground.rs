@@ -252,7 +252,7 @@ mod tests {
 
     fn at(x: f64, z: f64) -> [Proximity<f64>; 2] {
         let [surface, x_wall, y_wall] = faces(&step(), Vec3::splat([x, 0.55, z]), 0.03);
-        assert_eq!(y_wall.gap, far());
+        assert_eq!(y_wall.gap, far::<f64>());
         [surface, x_wall]
     }
 
@@ -350,7 +350,7 @@ mod tests {
                 // Evenly scattered: multiples of the golden ratio and of the root of two.
                 let [x, y] = [0.618_034, 0.414_214].map(|step| 0.1 + 1.8 * (f64::from(i) * step).fract());
                 let (height, normal) = resting(&ground, x, y, radius);
-                let (ours, _) = surface_and_wall(&ground, Vec3::splat([x, y, height]), radius);
+                let [ours, ..] = faces(&ground, Vec3::splat([x, y, height]), radius);
                 worst = worst.max((ours.gap / ours.normal.z).abs() * 1e3);
                 off += i32::from(ours.normal.dot(normal) < 5.0_f64.to_radians().cos());
             }
