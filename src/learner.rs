@@ -12,7 +12,7 @@ use tasks::locomotion::{LocomotionConfig, LocomotionEnv};
 use crate::error::{BadInput, OrBadInput as _};
 use crate::interrupt::Interrupt;
 use crate::policies;
-use crate::run_config::{Run, TaskConfig};
+use crate::run_config::{Run, TaskConfig, same_as_begun};
 use crate::run_folder::{RunFolder, numbered_checkpoints, write_atomic};
 use crate::training::{Learner, Outcome, train};
 
@@ -87,7 +87,9 @@ where
     let settings = &config.training;
     let env = config.task.environments(settings.num_envs, settings.seed)?;
     let mut trainer = Trainer::new(config.ppo.clone(), settings.seed, env).or_bad_input(|| "ppo".into())?;
+    let text = toml::to_string(config).context("cannot write the configuration")?;
     if *start == Start::Resume {
+        refuse_other_settings(run, &text)?;
         let load = |path: &Path| Ok(trainer.restore(&Checkpoint::load(path)?)?);
         if run.load_newest(load, |line| eprintln!("{line}"))?.is_none() {
             eprintln!("{} has no checkpoint yet: beginning", run.path().display());
@@ -102,9 +104,26 @@ where
     if let Start::From(source) = start {
         warm_start(&mut trainer, source).or_bad_input(|| format!("--init-from {}", source.display()))?;
     }
-    let text = toml::to_string(config).context("cannot write the configuration")?;
     write_atomic(&run.file("config.toml"), text.as_bytes()).context("cannot write config.toml")?;
     train(&mut trainer, run, settings, T::SHOWN, interrupt)
+}
+
+/// A run with checkpoints goes on with its own settings: others would make of it what no run from the start gives.
+fn refuse_other_settings(run: &RunFolder, now: &str) -> Result<()> {
+    if run.checkpoints()?.is_empty() {
+        return Ok(());
+    }
+    let path = run.file("config.toml");
+    let begun = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let begun = begun.parse().or_bad_input(|| path.display().to_string())?;
+    let now = now.parse().context("the configuration just written")?;
+    same_as_begun(&begun, &now).map_err(|difference| {
+        BadInput::new(format!(
+            "{}: {difference}; go on with the settings it was begun with, or choose another --name",
+            run.path().display()
+        ))
+    })?;
+    Ok(())
 }
 
 /// Begins where another run, or the policy in an ONNX file, ended.

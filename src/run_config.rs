@@ -1,5 +1,7 @@
 //! What a training run is configured with: how long, how to learn, what task.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use tasks::{guidance::GuidanceConfig, locomotion::LocomotionConfig};
@@ -101,5 +103,71 @@ impl<T: TaskConfig> Run<T> {
         self.training.validate()?;
         self.ppo.validate().or_bad_input(|| "ppo".into())?;
         self.task.validate().map_err(|message| BadInput::new(format!("task.{message}")))
+    }
+}
+
+/// Settings that may change between the starts of a run: how long it goes on and what is kept of it.
+const MAY_CHANGE: [&str; 1] = ["training"];
+/// Those under them that may not: without them a run does not go on as it was.
+const MAY_NOT: [&str; 2] = ["training.num_envs", "training.seed"];
+
+/// Refuses to go on with other settings than a run was begun with.
+///
+/// # Errors
+/// The first key that differs, with both values.
+pub fn same_as_begun(begun: &toml::Table, now: &toml::Table) -> Result<(), String> {
+    let (begun, now) = (flattened(begun), flattened(now));
+    let free = |key: &str| {
+        let section = key.split('.').next().unwrap_or(key);
+        MAY_CHANGE.contains(&section) && !MAY_NOT.contains(&key)
+    };
+    let keys: BTreeSet<&String> = begun.keys().chain(now.keys()).collect();
+    for key in keys.into_iter().filter(|key| !free(key)) {
+        let text =
+            |settings: &BTreeMap<String, String>| settings.get(key).cloned().unwrap_or("nothing".into());
+        let (was, is) = (text(&begun), text(&now));
+        if was != is {
+            return Err(format!("it was begun with {key} = {was}, and now that is {is}"));
+        }
+    }
+    Ok(())
+}
+
+/// Every value with its dotted key.
+fn flattened(table: &toml::Table) -> BTreeMap<String, String> {
+    let mut flat = BTreeMap::new();
+    for (key, value) in table {
+        match value {
+            toml::Value::Table(inner) => {
+                flat.extend(
+                    flattened(inner).into_iter().map(|(rest, value)| (format!("{key}.{rest}"), value)),
+                );
+            }
+            value => drop(flat.insert(key.clone(), value.to_string())),
+        }
+    }
+    flat
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_goes_on_only_with_the_settings_it_was_begun_with() {
+        let table = |change: &dyn Fn(&mut SupervisorRun)| {
+            let mut run = SupervisorRun::default();
+            change(&mut run);
+            toml::Table::try_from(run).unwrap()
+        };
+        let begun = table(&|_| ());
+        assert_eq!(same_as_begun(&begun, &table(&|run| run.training.iterations = 7)), Ok(()));
+        let refusal =
+            |change: &dyn Fn(&mut SupervisorRun)| same_as_begun(&begun, &table(change)).unwrap_err();
+        let message = refusal(&|run| run.task.locomotion = "mine.onnx".into());
+        assert_eq!(message, "it was begun with task.locomotion = \"shipped\", and now that is \"mine.onnx\"");
+        assert!(refusal(&|run| run.training.seed = 9).contains("training.seed"));
+        assert!(refusal(&|run| run.ppo.gamma = 0.5).contains("ppo.gamma"));
+        assert!(same_as_begun(&toml::Table::new(), &begun).unwrap_err().contains("= nothing"));
     }
 }

@@ -43,5 +43,5 @@ fn the_papers_setting_is_the_papers() {
     assert_eq!((guide.training.num_envs, guide.training.iterations), (4096, 3000));
     assert_eq!(guide.ppo.actor_hidden, [128, 128, 128]);
     assert_eq!(guide.task.pull.x_n, [-80.0, 0.0]);
-    assert_eq!(guide.task.command_rate, -1e-4);
+    assert_eq!((guide.task.command_rate, guide.task.heading_drift), (-1e-4, 0.0));
 }

@@ -24,9 +24,9 @@ use guidedog::training::Outcome;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Name of the run: a folder in runs/
-    #[arg(long, default_value = "reproduce")]
-    name: String,
+    /// Name of the run: a folder in runs/ [default: reproduce, or from-scratch]
+    #[arg(long)]
+    name: Option<String>,
     /// Train locomotion too, on flat ground
     #[arg(long)]
     from_scratch: bool,
@@ -53,9 +53,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let began = Instant::now();
     let interrupt = Interrupt::watch()?;
     let root = Path::new("runs");
+    let usual = if arguments.from_scratch { "from-scratch" } else { "reproduce" };
+    let name = arguments.name.as_deref().unwrap_or(usual);
     let mut settings = arguments.set.clone();
     if arguments.from_scratch {
-        let run = RunFolder::open(root, &format!("{}-locomotion", arguments.name))?;
+        let run = RunFolder::open(root, &format!("{name}-locomotion"))?;
         let config: LocomotionRun = resolve_text("configs/locomotion/flat.toml", FLAT_LOCOMOTION, &[])?;
         eprintln!("1. walking, in {}", run.path().display());
         if learn(&run, &config, &Start::Resume, &interrupt)? == Outcome::Interrupted {
@@ -66,7 +68,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let config: SupervisorRun = resolve_text("defaults", "", &settings)?;
     config.validate()?;
-    let run = RunFolder::open(root, &arguments.name)?;
+    let run = RunFolder::open(root, name)?;
     eprintln!("training the supervisor, in {}", run.path().display());
     if learn(&run, &config, &Start::Resume, &interrupt)? == Outcome::Interrupted {
         return Ok(stopped());

@@ -115,11 +115,13 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L
     };
     w.contacts.clear();
     let spheres = structure.spheres.len();
+    let margin = L::splat(engine.config.contact_margin);
     for (i, sphere) in structure.spheres.iter().enumerate() {
         let center_b = sphere.center_in_base(parameters, &w.links);
         let center_w = r_wb * center_b + state.base_position;
         let radius = L::broadcast(sphere.radius);
-        for (k, face) in ground::faces(&engine.terrain, center_w, radius).into_iter().enumerate() {
+        let faces = ground::faces(&engine.terrain, center_w, radius, margin);
+        for (k, face) in faces.into_iter().enumerate() {
             w.contacts.add(&frame, k * spheres + i, sphere.link, center_b, radius, face);
         }
     }

@@ -34,6 +34,9 @@ pub struct GuidanceConfig {
     pub pull: PullConfig,
     /// Weight of the squared change of the command, per second. Source: the paper, −1e-4.
     pub command_rate: f32,
+    /// Weight of the drift of the heading, per radian: the yaw rate's running mean over 0.5 s, less what is wanted, at
+    /// most 0.15 rad/s. The paper: 0.
+    pub heading_drift: f32,
     /// Paid once for a fall. The paper: 0.
     pub fall: f32,
     /// Differences between robots.
@@ -53,6 +56,7 @@ impl Default for GuidanceConfig {
             observation_noise: 1.0,
             pull: PullConfig::default(),
             command_rate: -1e-4,
+            heading_drift: -2.0,
             fall: 0.0,
             randomization: Randomization::default(),
             reset: ResetSpread::default(),
@@ -85,6 +89,7 @@ impl GuidanceConfig {
         }
         within("observation_noise", self.observation_noise, 0.0, 10.0)?;
         within("command_rate", self.command_rate, -10.0, 0.0)?;
+        within("heading_drift", self.heading_drift, -100.0, 0.0)?;
         within("fall", self.fall, -100.0, 0.0)?;
         self.pull.validate()?;
         self.randomization.validate()

@@ -8,6 +8,7 @@ use terrain::TerrainGrid;
 use super::{
     Behavior, Course, GuidanceConfig, LocomotionPolicy, Squad, behavior_reward,
     config::{COMMAND_HIGH, COMMAND_LOW, control_steps},
+    heading_drift::HeadingDrift,
     metrics::Metrics,
 };
 use crate::{
@@ -17,7 +18,7 @@ use crate::{
 
 const OBSERVATION: usize = layout::SUPERVISOR_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 2;
+const STATE_VERSION: u32 = 3;
 
 /// The guidance task for a number of robots.
 pub struct GuidanceEnv {
@@ -53,6 +54,7 @@ struct Guided {
     force: [f32; 3],
     /// The last command, as limited.
     previous_command: [f32; 3],
+    drift: HeadingDrift,
     fallen: bool,
 }
 
@@ -192,7 +194,7 @@ impl GuidedSquad {
         }
     }
 
-    /// One control step: the reward of Table I for everyone who has not fallen.
+    /// One control step: the reward of Table I, less drift, for everyone who has not fallen.
     fn control_step(&mut self, shared: &Shared<'_>, rewards: &mut [f32]) {
         let robots = &self.robots;
         self.squad.control_step(shared.course, &self.commands, |i| (robots[i].episode, robots[i].step));
@@ -209,7 +211,11 @@ impl GuidedSquad {
                 let motion = self.squad.motion(robot);
                 let [v_x, v_y, _] = motion.linear_velocity;
                 let velocity = [v_x, v_y, motion.angular_velocity[2]];
-                reward = behavior_reward(behavior.target(guided.force), velocity);
+                let target = behavior.target(guided.force);
+                reward = behavior_reward(target, velocity);
+                let drift = guided.drift.update(velocity[2] - target[2]);
+                rewards[robot] += shared.config.heading_drift * drift * CONTROL_PERIOD_S;
+                self.metrics.add_drift(drift);
             }
             rewards[robot] += reward * CONTROL_PERIOD_S;
             self.metrics.add(behavior, reward);
@@ -225,6 +231,7 @@ impl Archived for Guided {
         archive.index(&mut self.level);
         archive.f32s(&mut self.force);
         archive.f32s(&mut self.previous_command);
+        archive.f32(&mut self.drift.mean);
         archive.flag(&mut self.fallen);
     }
 }
@@ -427,7 +434,7 @@ mod tests {
             let found = after(threads, cut);
             assert!(found.observations == expected.observations && found.rewards == expected.rewards);
         }
-        assert!(env(GuidanceConfig::default()).load_state(&[2, 0, 0, 0, 7]).is_err());
+        assert!(env(GuidanceConfig::default()).load_state(&[3, 0, 0, 0, 7]).is_err());
     }
 
     #[test]

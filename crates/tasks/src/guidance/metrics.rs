@@ -12,6 +12,8 @@ pub(super) struct Metrics {
     pub(super) broken: f64,
     /// Behavior reward by what was meant, in the order of [`Behavior::ALL`].
     rewards: [f64; 4],
+    /// Drift of the heading \[rad/s\].
+    drift: f64,
 }
 
 impl Metrics {
@@ -21,11 +23,17 @@ impl Metrics {
         self.rewards[behavior as usize] += f64::from(reward);
     }
 
+    /// Takes in a control step's drift \[rad/s\].
+    pub(super) fn add_drift(&mut self, drift: f32) {
+        self.drift += f64::from(drift);
+    }
+
     /// Adds another sum.
     pub(super) fn merge(&mut self, o: &Self) {
         self.steps += o.steps;
         self.falls += o.falls;
         self.broken += o.broken;
+        self.drift += o.drift;
         for (sum, other) in self.rewards.iter_mut().zip(o.rewards) {
             *sum += other;
         }
@@ -43,6 +51,7 @@ impl Metrics {
         named.push(("paper/total".to_owned(), PAPER_TOTAL));
         named.extend(Behavior::ALL.map(|behavior| (format!("paper/{behavior}"), behavior.paper_share())));
         named.push(("falls_per_1000".to_owned(), 1000.0 * self.falls / steps));
+        named.push(("heading_drift".to_owned(), self.drift / steps));
         named.push(("broken_states".to_owned(), self.broken));
         named
     }
