@@ -36,7 +36,7 @@ TIME_CONSTANT = float(sys.argv[1]) if len(sys.argv) > 1 else 0.002
 CONTROL_PERIOD = 0.02
 STANCE = 0.58852  # base height at which the feet of the default pose touch level ground, and 10 µm more
 CELL = 0.1
-ROUGH_LEVEL = 0.005
+ROUGH_LEVEL, RIDGE_LEVEL = 0.005, 0.01
 STEP_HEIGHT, STEP_START = 0.06, 0.7
 
 
@@ -45,12 +45,22 @@ def level(spec):
 
 
 def rough(spec):
-    """Vertices 0.1 m apart at 0, 5, 10 or 15 mm; both engines split a cell from (x0, y0) to (x1, y1)."""
+    """Vertices 0.1 m apart at 0, 5, 10 or 15 mm."""
+    height_field(spec, ROUGH_LEVEL)
+
+
+def ridges(spec):
+    """Twice as steep: up to 23 degrees, so that feet stand on ridges and in valleys."""
+    height_field(spec, RIDGE_LEVEL)
+
+
+def height_field(spec, level_height):
+    """Both engines split a cell from (x0, y0) to (x1, y1)."""
     columns, rows = 80, 40
     column, row = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1))
     levels = rough_level(column, row)
     assert levels.min() == 0
-    size = [columns * CELL / 2, rows * CELL / 2, levels.max() * ROUGH_LEVEL, 1.0]
+    size = [columns * CELL / 2, rows * CELL / 2, levels.max() * level_height, 1.0]
     spec.add_hfield(name="rough", nrow=rows + 1, ncol=columns + 1, size=size, userdata=levels.ravel().astype(float))
     # From (-2, -2) to (6, 2).
     spec.worldbody.add_geom(name="ground", type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="rough", pos=[2.0, 0.0, 0.0])
@@ -114,6 +124,7 @@ ROBOT_SCENES = [
     ("trot", level, 3.0, STANCE, trot, no_force),
     ("rough", rough, 3.0, STANCE + 0.015, trot, no_force),
     ("step", step, 4.0, STANCE, trot, no_force),
+    ("ridges", ridges, 3.0, STANCE + 0.03, trot, no_force),
 ]
 
 

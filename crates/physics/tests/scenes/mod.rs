@@ -37,7 +37,7 @@ pub(crate) struct Scene {
 }
 
 /// All scenes, in the order of the golden file.
-pub(crate) fn all() -> [Scene; 7] {
+pub(crate) fn all() -> [Scene; 8] {
     let robot =
         |name, ground, targets, force| Scene { name, robot: anymal, ground, friction: 1.0, targets, force };
     [
@@ -47,6 +47,7 @@ pub(crate) fn all() -> [Scene; 7] {
         robot("trot", level, trot, no_force),
         robot("rough", rough, trot, no_force),
         robot("step", step, trot, no_force),
+        robot("ridges", ridges, trot, no_force),
         Scene { robot: brick::brick, friction: 0.5, ..robot("slide", level, hold, no_force) },
     ]
 }
@@ -92,8 +93,17 @@ fn field(cell: impl Fn(usize, usize) -> [f32; 4]) -> HeightField {
 
 /// Vertices 0.1 m apart at 0, 5, 10 or 15 mm.
 fn rough() -> HeightField {
+    scattered(0.005)
+}
+
+/// Twice as steep: feet stand on ridges and in valleys.
+fn ridges() -> HeightField {
+    scattered(0.01)
+}
+
+fn scattered(unit: f32) -> HeightField {
     let height =
-        |column: usize, row: usize| ((column * 7 + row * 3 + column * row * 5) % 11 % 4) as f32 * 0.005;
+        |column: usize, row: usize| ((column * 7 + row * 3 + column * row * 5) % 11 % 4) as f32 * unit;
     field(|x, y| [height(x, y), height(x + 1, y), height(x, y + 1), height(x + 1, y + 1)])
 }
 
