@@ -6,7 +6,7 @@ use robot::{BodyPart, RobotModel};
 use spatial::{Lane, Vec3};
 use terrain::HeightField;
 
-use crate::{block::Parameters, structure::Structure};
+use crate::{block::Parameters, ground::Map, structure::Structure};
 
 /// Settings of the time step, the contact solver and the actuators.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,8 +67,9 @@ impl Default for Config {
 pub struct Engine<L: Lane> {
     /// The robot.
     pub robot: RobotModel,
-    /// The ground.
-    pub terrain: Arc<HeightField>,
+    /// The ground, as it was given: what is stepped on is a map of it.
+    terrain: Arc<HeightField>,
+    map: Arc<Map>,
     /// The settings.
     pub config: Config,
     nominal: Parameters<L>,
@@ -88,7 +89,15 @@ impl<L: Lane> Engine<L> {
             stiffness: L::splat(config.actuator.stiffness),
             damping: L::splat(config.actuator.damping),
         };
-        Self { robot, terrain, config, nominal, structure }
+        let map = Arc::new(Map::new(&terrain));
+        Self { robot, terrain, map, config, nominal, structure }
+    }
+    /// The ground.
+    pub fn terrain(&self) -> &HeightField {
+        &self.terrain
+    }
+    pub(crate) fn map(&self) -> &Map {
+        &self.map
     }
     /// Number of joints.
     pub fn num_joints(&self) -> usize {

@@ -120,7 +120,7 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L
         let center_b = sphere.center_in_base(parameters, &w.links);
         let center_w = r_wb * center_b + state.base_position;
         let radius = L::broadcast(sphere.radius);
-        let faces = ground::faces(&engine.terrain, center_w, radius, margin);
+        let faces = ground::faces(engine.map(), center_w, radius, margin);
         for (k, face) in faces.into_iter().enumerate() {
             w.contacts.add(&frame, k * spheres + i, sphere.link, center_b, radius, face);
         }

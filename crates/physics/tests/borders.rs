@@ -48,7 +48,7 @@ fn deviation(ball: &mut Roller, slope: [f32; 2], acceleration: Vec3<f64>) -> [f6
         largest = [largest[0].max((ball.velocity() - expected).norm()), largest[1].max(height.abs())];
     }
     let [x, y, _] = ball.position().to_array();
-    let width = 32.0 * f64::from(ball.engine.terrain.cell_size);
+    let width = 32.0 * f64::from(ball.engine.terrain().cell_size);
     assert!((0.0..width).contains(&x) && (0.0..width).contains(&y), "left the field");
     largest
 }

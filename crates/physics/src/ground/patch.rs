@@ -1,10 +1,9 @@
 //! The four cells around the corner nearest to a point.
 
 use spatial::{Lane, Mask};
-use terrain::HeightField;
+use terrain::Cell;
 
-/// No lane type is wider.
-const MAX_WIDTH: usize = 16;
+use super::map::{Map, Spot};
 
 /// Heights at a cell's corners, named from the corner all four cells share \[m\].
 #[derive(Clone, Copy, Debug)]
@@ -20,8 +19,7 @@ pub(super) struct Corners<L> {
 /// What a point has around it: its own cell and the three that share the nearest corner with it.
 ///
 /// The corner is the origin, and each axis is turned so that the own cell lies in the positive quadrant; so what is said
-/// of one quadrant holds for all four. Heights are above the own cell's at the corner. Where the field ends, the
-/// border goes on level outward.
+/// of one quadrant holds for all four. Heights are above the own cell's at the corner.
 pub(super) struct Patch<L: Lane> {
     /// The point, 0 to half a cell \[m\].
     pub(super) x: L,
@@ -42,113 +40,69 @@ pub(super) struct Patch<L: Lane> {
     pub(super) size: L,
 }
 
-/// One axis of a lane's cell.
-#[derive(Clone, Copy)]
-struct Axis {
-    /// Index of the own cell, and of the one beside; the same where the field ends.
-    own: usize,
-    beside: usize,
-    /// The corner is the cell's upper end.
-    upper: bool,
-}
-
-impl Axis {
-    #[inline(always)]
-    fn new(index: usize, within: f64, count: usize) -> Self {
-        let own = index.min(count - 1);
-        let upper = within >= 0.5;
-        let beside = if upper { (own + 1).min(count - 1) } else { own.saturating_sub(1) };
-        Self { own, beside, upper }
-    }
-
-    /// Cell index, and which of its two ends is at the corner and which is far from it.
-    #[inline(always)]
-    fn cell(self, beside: bool) -> (usize, usize, usize) {
-        let upper = usize::from(self.upper);
-        match beside {
-            false => (self.own, upper, 1 - upper),
-            true if self.beside == self.own => (self.own, upper, upper),
-            true => (self.beside, 1 - upper, upper),
-        }
-    }
-}
-
 impl<L: Lane> Patch<L> {
-    /// Around the world position (x, y) \[m\]; positions outside the field are moved to its border.
+    /// Around a spot of the map.
     #[inline(always)]
-    pub(super) fn around(ground: &HeightField, x: L, y: L) -> Self {
-        let size = L::splat(f64::from(ground.cell_size));
-        let inverse = L::splat(1.0 / f64::from(ground.cell_size));
-        let along = |position: L, start: f32, count: usize| {
-            let cells =
-                ((position - L::splat(f64::from(start))) * inverse).clamp(L::zero(), L::splat(count as f64));
-            let index = cells.floor().min(L::splat((count - 1) as f64));
-            (index, cells - index)
-        };
-        let (column, u) = along(x, ground.origin[0], ground.columns);
-        let (row, v) = along(y, ground.origin[1], ground.rows);
-        let mut axes = [[Axis { own: 0, beside: 0, upper: false }; 2]; MAX_WIDTH];
-        for (lane, axes) in axes.iter_mut().enumerate().take(L::WIDTH) {
-            axes[0] = Axis::new(column.index(lane), u.get(lane), ground.columns);
-            axes[1] = Axis::new(row.index(lane), v.get(lane), ground.rows);
-        }
+    pub(super) fn around(map: &Map, spot: &Spot<L>) -> Self {
         let half = L::splat(0.5);
-        let (upper_x, upper_y) = (u.ge(half), v.ge(half));
+        let size = L::splat(map.cell_size);
+        let (upper_x, upper_y) = (spot.u.ge(half), spot.v.ge(half));
         let sign = |upper: L::Mask| upper.select(-L::one(), L::one());
         let (sign_x, sign_y) = (sign(upper_x), sign(upper_y));
-        let own = gather(ground, &axes, [false, false]);
+        // The number of the own cell's corner: 1 along x, 2 along y.
+        let corner = upper_x.select(L::one(), L::zero()) + upper_y.select(L::splat(2.0), L::zero());
+        let nothing = Corners { at: L::zero(), x: L::zero(), y: L::zero(), opposite: L::zero() };
+        let [mut own, mut beside_x, mut beside_y, mut across] = [nothing; 4];
+        // A position that is no number has the index of the rim's first cell, which has no neighbors.
+        let (first, last) = (map.columns + 1, map.cells.len() - map.columns - 2);
+        for lane in 0..L::WIDTH {
+            let (cell, corner) = (spot.cell.index(lane).clamp(first, last), corner.index(lane));
+            let column = if corner & 1 == 1 { cell + 1 } else { cell - 1 };
+            let rows = if corner & 2 == 2 { map.columns as isize } else { -(map.columns as isize) };
+            let row = |cell: usize| cell.wrapping_add_signed(rows);
+            own.read(lane, &map.cells[cell], corner);
+            beside_x.read(lane, &map.cells[column], corner ^ 1);
+            beside_y.read(lane, &map.cells[row(cell)], corner ^ 2);
+            across.read(lane, &map.cells[row(column)], corner ^ 3);
+        }
+        let base = own.at;
         let level = |corners: Corners<L>| Corners {
-            at: corners.at - own.at,
-            x: corners.x - own.at,
-            y: corners.y - own.at,
-            opposite: corners.opposite - own.at,
+            at: corners.at - base,
+            x: corners.x - base,
+            y: corners.y - base,
+            opposite: corners.opposite - base,
         };
         Self {
-            x: upper_x.select(L::one() - u, u) * size,
-            y: upper_y.select(L::one() - v, v) * size,
+            x: upper_x.select(L::one() - spot.u, spot.u) * size,
+            y: upper_y.select(L::one() - spot.v, spot.v) * size,
             sign_x,
             sign_y,
-            base: own.at,
+            base,
             split_here: (sign_x * sign_y).gt(L::zero()),
             own: level(own),
-            beside_x: level(gather(ground, &axes, [true, false])),
-            beside_y: level(gather(ground, &axes, [false, true])),
-            across: level(gather(ground, &axes, [true, true])),
+            beside_x: level(beside_x),
+            beside_y: level(beside_y),
+            across: level(across),
             size,
         }
     }
-
-    /// Highest and lowest of all corners \[m\], above the base.
-    #[inline(always)]
-    pub(super) fn range(&self) -> (L, L) {
-        let cells = [&self.own, &self.beside_x, &self.beside_y, &self.across];
-        cells.iter().fold((L::zero(), L::zero()), |(top, bottom), cell| {
-            let [a, b, c, d] = [cell.at, cell.x, cell.y, cell.opposite];
-            (top.max(a.max(b).max(c.max(d))), bottom.min(a.min(b).min(c.min(d))))
-        })
-    }
 }
 
-/// Corner heights of the own cell, or of one `beside` along x, along y or both.
-#[inline(always)]
-fn gather<L: Lane>(ground: &HeightField, axes: &[[Axis; 2]; MAX_WIDTH], beside: [bool; 2]) -> Corners<L> {
-    let zero = L::zero();
-    let mut corners = Corners { at: zero, x: zero, y: zero, opposite: zero };
-    for (lane, [x, y]) in axes.iter().enumerate().take(L::WIDTH) {
-        let (column, near_x, far_x) = x.cell(beside[0]);
-        let (row, near_y, far_y) = y.cell(beside[1]);
-        let cell = &ground.cells[row * ground.columns + column];
-        let height = |x: usize, y: usize| f64::from(cell[x + 2 * y]);
-        corners.at.set(lane, height(near_x, near_y));
-        corners.x.set(lane, height(far_x, near_y));
-        corners.y.set(lane, height(near_x, far_y));
-        corners.opposite.set(lane, height(far_x, far_y));
+impl<L: Lane> Corners<L> {
+    /// Takes the heights of a cell as seen from its corner of number `corner`.
+    #[inline(always)]
+    fn read(&mut self, lane: usize, cell: &Cell, corner: usize) {
+        self.at.set(lane, f64::from(cell[corner & 3]));
+        self.x.set(lane, f64::from(cell[(corner ^ 1) & 3]));
+        self.y.set(lane, f64::from(cell[(corner ^ 2) & 3]));
+        self.opposite.set(lane, f64::from(cell[(corner ^ 3) & 3]));
     }
-    corners
 }
 
 #[cfg(test)]
 mod tests {
+    use terrain::HeightField;
+
     use super::*;
 
     /// Heights that say where they are: 100 · column + 10 · row + corner.
@@ -163,6 +117,11 @@ mod tests {
         }
     }
 
+    fn around(x: f64, y: f64) -> Patch<f64> {
+        let map = Map::new(&labeled());
+        Patch::around(&map, &map.spot(x, y))
+    }
+
     fn heights(patch: &Patch<f64>, corners: Corners<f64>) -> [f64; 4] {
         [corners.at, corners.x, corners.y, corners.opposite].map(|h| h + patch.base)
     }
@@ -170,20 +129,19 @@ mod tests {
     #[test]
     fn four_cells_seen_from_their_shared_corner() {
         // In the middle cell, near its corner (x1, y0).
-        let patch = Patch::around(&labeled(), 0.18, 0.11);
+        let patch = around(0.18, 0.11);
         assert!((patch.x - 0.02).abs() < 1e-6 && (patch.y - 0.01).abs() < 1e-6);
         assert_eq!((patch.sign_x, patch.sign_y, patch.split_here), (-1.0, 1.0, false));
         assert_eq!(heights(&patch, patch.own), [111.0, 110.0, 113.0, 112.0]);
         assert_eq!(heights(&patch, patch.beside_x), [210.0, 211.0, 212.0, 213.0]);
         assert_eq!(heights(&patch, patch.beside_y), [103.0, 102.0, 101.0, 100.0]);
         assert_eq!(heights(&patch, patch.across), [202.0, 203.0, 200.0, 201.0]);
-        assert_eq!(patch.range(), (102.0, -11.0));
     }
 
     #[test]
     fn where_the_field_ends_the_border_goes_on_level() {
         for x in [0.29, 0.3, 7.0] {
-            let patch = Patch::around(&labeled(), x, 0.16);
+            let patch = around(x, 0.16);
             assert_eq!(heights(&patch, patch.own), [213.0, 212.0, 211.0, 210.0]);
             assert_eq!(heights(&patch, patch.beside_x), [213.0, 213.0, 211.0, 211.0]);
             assert_eq!(heights(&patch, patch.across), [221.0, 221.0, 223.0, 223.0]);

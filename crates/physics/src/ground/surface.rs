@@ -38,15 +38,6 @@ struct OverPlane<L> {
 
 impl<L: Lane> Plane<L> {
     #[inline(always)]
-    fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
-        Self {
-            slope_x: mask.select(if_true.slope_x, if_false.slope_x),
-            slope_y: mask.select(if_true.slope_y, if_false.slope_y),
-            height: mask.select(if_true.height, if_false.height),
-        }
-    }
-
-    #[inline(always)]
     fn under(self, center: Vec3<L>, radius: L) -> OverPlane<L> {
         let Self { slope_x, slope_y, height } = self;
         let cosine = L::one() / slope_x.mul_add(slope_x, slope_y.mul_add(slope_y, L::one())).sqrt();
@@ -124,15 +115,6 @@ pub(super) struct Touched<L> {
     /// Other triangles, by where they are: of those that meet in a valley, no two share a place.
     pub(super) beside_x: Proximity<L>,
     pub(super) beside_y: Proximity<L>,
-}
-
-/// The triangle under the center alone: all there is on level ground.
-#[inline(always)]
-pub(super) fn plane_under<L: Lane>(patch: &Patch<L>, z: L, radius: L) -> Proximity<L> {
-    let own = Cell::new(&patch.own, patch.split_here, patch.size);
-    let on_first = own.side(patch.x, patch.y).ge(L::zero());
-    let center = Vec3::new(patch.x, patch.y, z);
-    Plane::select(on_first, own.planes[0], own.planes[1]).under(center, radius).near
 }
 
 /// All triangles around; `z` is above the patch's base. An edge counts only if it is nearer than `wall`, the gap to the

@@ -69,7 +69,7 @@ impl Simulation {
             out[layout::JOINT_VELOCITY.offset + j] = state.joint_velocity[j].as_array()[lane];
         }
         let [x, y, z] = motion.position;
-        self.engine.terrain.scan(x, y, motion.yaw, z, &mut out[scan.range()]);
+        self.engine.terrain().scan(x, y, motion.yaw, z, &mut out[scan.range()]);
         if noise > 0.0 {
             let segments = [
                 (layout::BASE_LINEAR_VELOCITY, LINEAR_VELOCITY_NOISE),

@@ -70,7 +70,7 @@ impl Simulation {
         let linear = velocity();
         let angular = std::array::from_fn(|_| f64::from(around(spread.angular_velocity_radps)));
         let state = &mut group.block.state;
-        let z = highest_ground(&self.engine.terrain, x, y) + SPAWN_HEIGHT;
+        let z = highest_ground(self.engine.terrain(), x, y) + SPAWN_HEIGHT;
         state.base_position.set(lane, [f64::from(x), f64::from(y), f64::from(z)]);
         let attitude = Quat::from_roll_pitch_yaw(0.0, 0.0, f64::from(yaw));
         state.base_orientation.set(lane, [attitude.w, attitude.x, attitude.y, attitude.z]);
