@@ -23,6 +23,14 @@ impl<L: Lane> LinkMotion<L> {
     }
 }
 
+impl<L: Lane> LinkMotion<L> {
+    /// Velocity of the link's point `offset` away from its origin, base axes.
+    #[inline(always)]
+    pub(crate) fn velocity_of(&self, offset: Vec3<L>) -> Vec3<L> {
+        self.velocity.motion_at(offset).linear
+    }
+}
+
 /// Fills `bias` (one a degree of freedom) such that `M v̇ + bias = applied force`, where the base's linear `v̇` is
 /// the acceleration of its origin along axes that do not turn.
 ///

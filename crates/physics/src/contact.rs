@@ -15,13 +15,40 @@ use crate::{
     structure::{BASE_DOFS, Structure},
 };
 
+/// A piece of ground that spheres of a limb, in each lane another one, may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate<L> {
+    /// World frame; far where it does not enter the solver.
+    pub(crate) near: Proximity<L>,
+    /// Where the ground touches, base frame \[m\].
+    pub(crate) point: Vec3<L>,
+    /// Place among all possible contacts: the first faces of all spheres, then the second, then the third.
+    pub(crate) slot: L,
+    /// Degrees of freedom that move the sphere: the first of the limb's chain.
+    pub(crate) depth: L,
+}
+
+impl<L: Lane> Candidate<L> {
+    #[inline(always)]
+    fn select(mask: L::Mask, if_true: &Self, if_false: &Self) -> Self {
+        let vector = |a: Vec3<L>, b: Vec3<L>| {
+            Vec3::new(mask.select(a.x, b.x), mask.select(a.y, b.y), mask.select(a.z, b.z))
+        };
+        Self {
+            near: Proximity::select(mask, if_true.near, if_false.near),
+            point: vector(if_true.point, if_false.point),
+            slot: mask.select(if_true.slot, if_false.slot),
+            depth: mask.select(if_true.depth, if_false.depth),
+        }
+    }
+}
+
 /// One contact that entered the solver.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact<L> {
-    /// Place among all possible contacts: the first faces of all spheres, then the second, then the third.
-    slot: usize,
-    link: usize,
-    /// Whitened Jacobian, one column a degree of freedom of the link's chain; base frame.
+    limb: usize,
+    slot: L,
+    /// Whitened Jacobian, one column a degree of freedom of the limb's chain; base frame.
     columns: Vec<Vec3<L>>,
     normal: Vec3<L>,
     /// Speed the contact may at most approach with, negative: must leave with \[m/s\].
@@ -39,8 +66,8 @@ pub(crate) struct Contact<L> {
 impl<L: Lane> Contact<L> {
     fn new(max_chain: usize) -> Self {
         Self {
-            slot: 0,
-            link: 0,
+            limb: 0,
+            slot: L::zero(),
             columns: vec![Vec3::zero(); max_chain],
             normal: Vec3::zero(),
             allowed_approach: L::zero(),
@@ -58,6 +85,8 @@ impl<L: Lane> Contact<L> {
 pub(crate) struct ContactSet<L> {
     contacts: Vec<Contact<L>>,
     active: usize,
+    /// Candidates of the limb at hand, in each lane the nearest first.
+    sorted: Vec<Candidate<L>>,
     /// Impulses of the last step in the world frame \[N s\], one a slot.
     pub(crate) last_impulse: Vec<Vec3<L>>,
 }
@@ -74,10 +103,12 @@ pub(crate) struct ContactFrame<'a, L: Lane> {
 
 impl<L: Lane> ContactSet<L> {
     pub(crate) fn new(spheres: usize, max_chain: usize) -> Self {
+        let slots = ground::FACES * spheres;
         Self {
-            contacts: (0..ground::FACES * spheres).map(|_| Contact::new(max_chain)).collect(),
+            contacts: (0..slots).map(|_| Contact::new(max_chain)).collect(),
             active: 0,
-            last_impulse: vec![Vec3::zero(); ground::FACES * spheres],
+            sorted: Vec::with_capacity(slots),
+            last_impulse: vec![Vec3::zero(); slots],
         }
     }
 
@@ -91,52 +122,61 @@ impl<L: Lane> ContactSet<L> {
     #[inline(always)]
     pub(crate) fn clear(&mut self) {
         self.active = 0;
+        self.sorted.clear();
     }
 
-    /// Adds a contact of the sphere of `slot` on `link` if any lane is within the margin.
+    /// Takes a piece of ground in among the limb's: behind those that are nearer, in each lane by itself. The limb gets
+    /// as many contacts as one of the lanes has, not as all of them together.
     #[inline(always)]
-    pub(crate) fn add(
-        &mut self,
-        frame: &ContactFrame<L>,
-        slot: usize,
-        link: usize,
-        center_b: Vec3<L>,
-        radius: L,
-        near: Proximity<L>,
-    ) {
-        let margin = L::splat(frame.config.contact_margin);
-        let within = near.gap.lt(margin);
-        if !within.any() {
+    pub(crate) fn consider(&mut self, candidate: Candidate<L>) {
+        let near = |candidate: &Candidate<L>| candidate.near.gap.lt(ground::far()).any();
+        if !near(&candidate) {
             return;
         }
-        let contact = &mut self.contacts[self.active];
-        self.active += 1;
-        contact.slot = slot;
-        contact.link = link;
-        contact.normal = frame.r_wb.transpose_mul(near.normal);
-        // A lane outside the margin must not notice that a neighbor brought the contact in.
-        let gap = within.select(near.gap, ground::far());
-        contact.allowed_approach = allowed_approach(frame.config, gap);
-        let kept = frame.r_wb.transpose_mul(self.last_impulse[slot]);
-        contact.impulse = into_push(kept, contact.normal).scale(within.select(L::one(), L::zero()));
-        let point = center_b - contact.normal.scale(radius);
-        fill_columns(frame, link, point, &mut contact.columns);
-        let chain = frame.structure.chain_of_link(link);
-        whiten_jacobian(
-            frame.structure,
-            frame.factor,
-            frame.inverse_diagonal,
-            chain,
-            &mut contact.columns[..chain.len()],
-        );
-        prepare_block(contact, chain.len());
+        let mut candidate = candidate;
+        for kept in &mut self.sorted {
+            let nearer = candidate.near.gap.lt(kept.near.gap);
+            let behind = Candidate::select(nearer, kept, &candidate);
+            *kept = Candidate::select(nearer, &candidate, kept);
+            candidate = behind;
+        }
+        if near(&candidate) {
+            self.sorted.push(candidate);
+        }
+    }
+
+    /// Makes contacts of the limb's candidates.
+    #[inline(always)]
+    pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize) {
+        let chain = &frame.structure.limbs[limb].chain;
+        for candidate in &self.sorted {
+            let contact = &mut self.contacts[self.active];
+            self.active += 1;
+            contact.limb = limb;
+            contact.slot = candidate.slot;
+            contact.normal = frame.r_wb.transpose_mul(candidate.near.normal);
+            contact.allowed_approach = allowed_approach(frame.config, candidate.near.gap);
+            let mut kept = Vec3::zero();
+            for lane in 0..L::WIDTH {
+                kept.set(lane, self.last_impulse[candidate.slot.index(lane)].get(lane));
+            }
+            // A lane where it is far must not notice that another brought the contact in.
+            let within = candidate.near.gap.lt(ground::far());
+            let kept = into_push(frame.r_wb.transpose_mul(kept), contact.normal);
+            contact.impulse = kept.scale(within.select(L::one(), L::zero()));
+            fill_columns(frame, chain, candidate, &mut contact.columns);
+            let columns = &mut contact.columns[..chain.len()];
+            whiten_jacobian(frame.structure, frame.factor, frame.inverse_diagonal, chain, columns);
+            prepare_block(contact, chain.len());
+        }
+        self.sorted.clear();
     }
 
     /// Applies the warm-start impulses to the whitened velocity.
     #[inline(always)]
     pub(crate) fn warm_start(&self, structure: &Structure<L::Scalar>, whitened: &mut [L]) {
         for contact in &self.contacts[..self.active] {
-            apply(contact, structure.chain_of_link(contact.link), contact.impulse, whitened);
+            apply(contact, &structure.limbs[contact.limb].chain, contact.impulse, whitened);
         }
     }
 
@@ -144,9 +184,10 @@ impl<L: Lane> ContactSet<L> {
     #[inline(always)]
     pub(crate) fn sweep(&mut self, structure: &Structure<L::Scalar>, friction: L, whitened: &mut [L]) {
         for contact in &mut self.contacts[..self.active] {
-            let chain = structure.chain_of_link(contact.link);
-            let change = visit(contact, chain, friction, whitened);
-            apply(contact, chain, change, whitened);
+            let chain = &structure.limbs[contact.limb].chain;
+            if let Some(change) = visit(contact, chain, friction, whitened) {
+                apply(contact, chain, change, whitened);
+            }
         }
     }
 
@@ -156,11 +197,17 @@ impl<L: Lane> ContactSet<L> {
         force.fill(Vec3::zero());
         self.last_impulse.fill(Vec3::zero());
         let per_time = L::splat(1.0 / time_step);
+        let spheres = force.len();
         for contact in &self.contacts[..self.active] {
             let impulse = r_wb * contact.impulse;
-            self.last_impulse[contact.slot] = impulse;
-            let sphere = contact.slot % force.len();
-            force[sphere] = impulse.scale_add(per_time, force[sphere]);
+            let share = impulse.scale(per_time);
+            for lane in 0..L::WIDTH {
+                let slot = contact.slot.index(lane);
+                self.last_impulse[slot].set(lane, impulse.get(lane));
+                let force = &mut force[slot % spheres];
+                let [sum, new] = [force.get(lane), share.get(lane)];
+                force.set(lane, [0, 1, 2].map(|i| sum[i] + new[i]));
+            }
         }
     }
 }
@@ -181,10 +228,16 @@ fn into_push<L: Lane>(impulse: Vec3<L>, normal: Vec3<L>) -> Vec3<L> {
     normal.scale_add(-pull, impulse)
 }
 
-/// Velocity of a point of a link per unit velocity of each degree of freedom of its chain; base frame.
+/// Velocity of the candidate's point per unit velocity of each degree of freedom of the chain; base frame.
 #[inline(always)]
-fn fill_columns<L: Lane>(frame: &ContactFrame<L>, link: usize, point: Vec3<L>, columns: &mut [Vec3<L>]) {
+fn fill_columns<L: Lane>(
+    frame: &ContactFrame<L>,
+    chain: &[usize],
+    candidate: &Candidate<L>,
+    columns: &mut [Vec3<L>],
+) {
     let (zero, one) = (L::zero(), L::one());
+    let point = candidate.point;
     // e_k × p for the angular, e_k for the linear velocity of the base.
     columns[0] = Vec3::new(zero, -point.z, point.y);
     columns[1] = Vec3::new(point.z, zero, -point.x);
@@ -192,13 +245,14 @@ fn fill_columns<L: Lane>(frame: &ContactFrame<L>, link: usize, point: Vec3<L>, c
     columns[3] = Vec3::new(one, zero, zero);
     columns[4] = Vec3::new(zero, one, zero);
     columns[5] = Vec3::new(zero, zero, one);
-    let chain = frame.structure.chain_of_link(link);
-    for (column, &dof) in columns.iter_mut().zip(chain).skip(BASE_DOFS) {
+    for (place, (column, &dof)) in columns.iter_mut().zip(chain).enumerate().skip(BASE_DOFS) {
         let link = &frame.links[dof - BASE_DOFS + 1];
+        let moves = L::splat(place as f64).lt(candidate.depth).select(one, zero);
         *column = match frame.structure.joints[dof - BASE_DOFS].kind {
             JointKind::Revolute => link.axis.cross(point - link.p_bl),
             JointKind::Prismatic => link.axis,
-        };
+        }
+        .scale(moves);
     }
 }
 
@@ -246,9 +300,14 @@ fn symmetric_inverse<L: Lane>(w: &[L; 6]) -> [L; 6] {
     ]
 }
 
-/// Solves one contact given all others; returns the change of its impulse.
+/// Solves one contact given all others; returns the change of its impulse, if there is one in any lane.
 #[inline(always)]
-fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whitened: &[L]) -> Vec3<L> {
+fn visit<L: Lane>(
+    contact: &mut Contact<L>,
+    chain: &[usize],
+    friction: L,
+    whitened: &[L],
+) -> Option<Vec3<L>> {
     let mut velocity = Vec3::zero();
     for (&column, &dof) in contact.columns.iter().zip(chain) {
         velocity = column.scale_add(whitened[dof], velocity);
@@ -257,6 +316,11 @@ fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whiten
     let old = contact.impulse;
     // Rest: no velocity but the allowed approach along the normal.
     let residual = n.scale_add(contact.allowed_approach, velocity);
+    let (old_normal, approach) = (old.dot(n), residual.dot(n));
+    // What neither approaches nor pushes stays as it is.
+    if !approach.lt(L::zero()).or(old.dot(old).gt(L::zero())).any() {
+        return None;
+    }
     let sticking = old - symmetric_mul(&contact.inverse_block, residual);
     let sticking_normal = sticking.dot(n);
     let tangential = n.scale_add(-sticking_normal, sticking);
@@ -266,8 +330,7 @@ fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whiten
 
     // Otherwise first the normal alone, then a step against the slip that is left, back onto the disk µ λ_n: at the
     // solution friction opposes the slip (maximum dissipation), and it never drives it on the way there.
-    let old_normal = old.dot(n);
-    let normal = contact.inverse_normal.neg_mul_add(residual.dot(n), old_normal).max(L::zero());
+    let normal = contact.inverse_normal.neg_mul_add(approach, old_normal).max(L::zero());
     let velocity = contact.block_normal.scale_add(normal - old_normal, velocity);
     let slip = n.scale_add(-velocity.dot(n), velocity);
     let trial = slip.scale_add(-contact.tangential_step, n.scale_add(-old_normal, old));
@@ -281,7 +344,7 @@ fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whiten
         sticks.select(sticking.z, sliding.z),
     );
     contact.impulse = new;
-    new - old
+    Some(new - old)
 }
 
 #[inline(always)]

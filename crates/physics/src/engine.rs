@@ -21,7 +21,7 @@ pub struct Config {
     pub error_reduction: f64,
     /// Fastest correction of a penetration \[m/s\].
     pub max_depenetration_speed: f64,
-    /// Contacts closer than this enter the solver \[m\].
+    /// A contact enters the solver when its gap is below this and what it approaches by in a step \[m\].
     pub contact_margin: f64,
     /// The joint servos.
     pub actuator: Actuator,
@@ -50,7 +50,7 @@ impl Default for Config {
             solver_sweeps: 10,
             error_reduction: 0.2,
             max_depenetration_speed: 1.0,
-            contact_margin: 0.02,
+            contact_margin: 0.002,
             actuator: Actuator {
                 stiffness: 80.0,
                 damping: 2.0,

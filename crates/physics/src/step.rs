@@ -9,12 +9,12 @@ use crate::{
     actuator::affine_torque,
     bias::bias_force,
     block::{Block, Input, Parameters, State},
-    contact::ContactFrame,
+    contact::{Candidate, ContactFrame},
     engine::Engine,
     ground,
     kinematics::forward_kinematics,
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force, whiten_velocity},
-    structure::BASE_DOFS,
+    structure::{BASE_DOFS, Limb},
     workspace::Workspace,
 };
 
@@ -113,17 +113,29 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L
         links: &w.links,
         r_wb,
     };
-    w.contacts.clear();
-    let spheres = structure.spheres.len();
+    let dt = L::splat(engine.config.time_step);
     let margin = L::splat(engine.config.contact_margin);
-    for (i, sphere) in structure.spheres.iter().enumerate() {
-        let center_b = sphere.center_in_base(parameters, &w.links);
-        let center_w = r_wb * center_b + state.base_position;
-        let radius = L::broadcast(sphere.radius);
-        let faces = ground::faces(engine.map(), center_w, radius, margin);
-        for (k, face) in faces.into_iter().enumerate() {
-            w.contacts.add(&frame, k * spheres + i, sphere.link, center_b, radius, face);
+    w.contacts.clear();
+    for (limb, Limb { spheres, .. }) in structure.limbs.iter().enumerate() {
+        for &i in spheres {
+            let sphere = &structure.spheres[i];
+            let center_b = sphere.center_in_base(parameters, &w.links);
+            let center_w = r_wb * center_b + state.base_position;
+            let radius = L::broadcast(sphere.radius);
+            let Some(faces) = ground::faces(engine.map(), center_w, radius) else { continue };
+            let offset = center_b - w.links[sphere.link].p_bl;
+            let velocity_w = r_wb * w.motion[sphere.link].velocity_of(offset);
+            let depth = L::splat(structure.chain_of_link(sphere.link).len() as f64);
+            for (k, near) in faces.into_iter().enumerate() {
+                // What the step would not close, and a margin for what the step itself changes, is no contact.
+                let approach = velocity_w.dot(near.normal);
+                let near = near.only_where(near.gap.lt(approach.neg_mul_add(dt, margin).max(margin)));
+                let slot = L::splat((k * structure.spheres.len() + i) as f64);
+                let point = center_b - r_wb.transpose_mul(near.normal).scale(radius);
+                w.contacts.consider(Candidate { near, point, slot, depth });
+            }
         }
+        w.contacts.add_limb(&frame, limb);
     }
     w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &state.joint_position);
 }

@@ -130,11 +130,22 @@ impl<S: Copy> SphereConstants<S> {
     }
 }
 
+/// Spheres whose links hang on each other: each is moved by a first part of the same chain. A contact of the limb can so be of
+/// another sphere in every lane.
+#[derive(Clone, Debug)]
+pub(crate) struct Limb {
+    /// The degrees of freedom that move the outermost link, base first.
+    pub(crate) chain: Vec<usize>,
+    /// Indices of the spheres.
+    pub(crate) spheres: Vec<usize>,
+}
+
 /// The tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Structure<S> {
     pub(crate) joints: Vec<JointConstants<S>>,
     pub(crate) spheres: Vec<SphereConstants<S>>,
+    pub(crate) limbs: Vec<Limb>,
     /// For each degree of freedom its chain, base first, itself last.
     chains: Vec<Vec<usize>>,
     /// Where the row of each degree of freedom starts in a packed triangular matrix.
@@ -174,11 +185,13 @@ impl<S: Copy> Structure<S> {
             chain.push(BASE_DOFS + j);
             chains.push(chain);
         }
+        let links: Vec<usize> = robot.contacts.iter().map(|sphere| sphere.link).collect();
+        let limbs = limbs(&links, &chains);
         let mut row_starts = vec![0];
         for chain in &chains {
             row_starts.push(row_starts[row_starts.len() - 1] + chain.len());
         }
-        Self { joints, spheres, chains, row_starts }
+        Self { joints, spheres, limbs, chains, row_starts }
     }
 
     pub(crate) fn num_dofs(&self) -> usize {
@@ -209,8 +222,48 @@ impl<S: Copy> Structure<S> {
     }
 }
 
+/// The limbs of spheres on `links`; those on the base are one of their own.
+fn limbs(links: &[usize], chains: &[Vec<usize>]) -> Vec<Limb> {
+    let chain = |sphere: usize| &chains[dof_of_link(links[sphere])];
+    let mut outermost_first: Vec<usize> = (0..links.len()).collect();
+    outermost_first.sort_by_key(|&sphere| std::cmp::Reverse(chain(sphere).len()));
+    let mut limbs: Vec<Limb> = Vec::new();
+    for sphere in outermost_first {
+        let belongs = |limb: &&mut Limb| match links[sphere] {
+            0 => limb.chain.len() == BASE_DOFS,
+            _ => limb.chain.starts_with(chain(sphere)),
+        };
+        match limbs.iter_mut().find(belongs) {
+            Some(limb) => limb.spheres.push(sphere),
+            None => limbs.push(Limb { chain: chain(sphere).clone(), spheres: vec![sphere] }),
+        }
+    }
+    limbs
+}
+
 /// The last degree of freedom that moves a link.
 #[inline(always)]
 pub(crate) fn dof_of_link(link: usize) -> usize {
     BASE_DOFS + link - 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_leg_is_a_limb_and_so_is_the_trunk() {
+        let robot = robot::anymal_d().with_harness(robot::Harness::default()).unwrap();
+        let structure = Structure::new::<f64>(&robot);
+        let chains: Vec<usize> = structure.limbs.iter().map(|limb| limb.chain.len()).collect();
+        assert_eq!(chains, [9, 9, 9, 9, BASE_DOFS]);
+        let mut spheres: Vec<usize> = structure.limbs.iter().flat_map(|limb| limb.spheres.clone()).collect();
+        spheres.sort_unstable();
+        assert_eq!(spheres, (0..robot.contacts.len()).collect::<Vec<_>>());
+        for limb in &structure.limbs {
+            for &sphere in &limb.spheres {
+                assert!(limb.chain.starts_with(structure.chain_of_link(structure.spheres[sphere].link)));
+            }
+        }
+    }
 }

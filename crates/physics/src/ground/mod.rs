@@ -24,6 +24,10 @@ pub(crate) struct Proximity<L> {
     pub(crate) normal: Vec3<L>,
 }
 
+/// How far around a sphere the ground is looked at \[m\]: half a cell. What comes nearer than this in one step, faster than 10 m/s,
+/// can be inside before it is seen.
+const REACH: f64 = 0.05;
+
 /// Pieces of ground a sphere can touch at once.
 pub(crate) const FACES: usize = 3;
 
@@ -40,7 +44,7 @@ impl<L: Lane> Proximity<L> {
     }
 
     #[inline(always)]
-    fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
+    pub(crate) fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
         let (a, b) = (if_true.normal, if_false.normal);
         Self {
             gap: mask.select(if_true.gap, if_false.gap),
@@ -54,7 +58,7 @@ impl<L: Lane> Proximity<L> {
     }
 
     #[inline(always)]
-    fn only_where(self, mask: L::Mask) -> Self {
+    pub(crate) fn only_where(self, mask: L::Mask) -> Self {
         Self { gap: mask.select(self.gap, far()), ..self }
     }
 
@@ -69,18 +73,18 @@ impl<L: Lane> Proximity<L> {
 /// rolls over; and of what is beside it along x and along y (walls, upright edges, other sides of valleys) the nearer, then
 /// the other.
 ///
-/// Exact for what is within half a cell (50 mm). Pieces farther than `margin` \[m\] may be missing.
+/// Exact for what is within [`REACH`]; nothing if in no lane anything is.
 #[inline(always)]
-pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L, margin: L) -> [Proximity<L>; FACES] {
+pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> Option<[Proximity<L>; FACES]> {
     let none = Proximity::none();
     let spot = map.spot(center.x, center.y);
     let [top, bottom] = map.bounds(&spot);
-    if !(center.z - radius - top).lt(margin).any() {
-        return [none; FACES];
+    let least = center.z - top - radius;
+    if !least.lt(L::splat(REACH)).any() {
+        return None;
     }
     if !top.gt(bottom).any() {
-        let level = Proximity { gap: center.z - top - radius, ..none };
-        return [level, none, none];
+        return Some([Proximity { gap: least, ..none }, none, none]);
     }
     let patch = Patch::around(map, &spot);
     let z = center.z - patch.base;
@@ -91,7 +95,7 @@ pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L, margin: L) -
     let x_nearer = along_x.gap.le(along_y.gap);
     let (nearer, other) =
         (Proximity::select(x_nearer, along_x, along_y), Proximity::select(x_nearer, along_y, along_x));
-    [own, nearer, other].map(|near| near.flip(patch.sign_x, patch.sign_y))
+    Some([own, nearer, other].map(|near| near.flip(patch.sign_x, patch.sign_y)))
 }
 
 #[cfg(test)]
@@ -99,6 +103,10 @@ mod tests {
     use terrain::HeightField;
 
     use super::*;
+
+    fn near(map: &Map, center: Vec3<f64>, radius: f64) -> [Proximity<f64>; FACES] {
+        faces(map, center, radius).expect("something near")
+    }
 
     /// Ground 0 for x < 1, a step of 0.2 m from there on.
     fn step() -> HeightField {
@@ -118,7 +126,7 @@ mod tests {
     }
 
     fn at(x: f64, z: f64) -> [Proximity<f64>; 2] {
-        let [surface, x_wall, y_wall] = faces(&Map::new(&step()), Vec3::splat([x, 0.55, z]), 0.03, 1.0);
+        let [surface, x_wall, y_wall] = near(&Map::new(&step()), Vec3::splat([x, 0.55, z]), 0.03);
         assert_eq!(y_wall.gap, far::<f64>());
         [surface, x_wall]
     }
@@ -154,11 +162,11 @@ mod tests {
         for (i, cell) in field.cells.iter_mut().enumerate() {
             *cell = [if i % 20 >= 10 && i / 20 >= 10 { 0.2 } else { 0.0 }; 4];
         }
-        let [_, edge, y_wall] = faces(&Map::new(&field), Vec3::splat([0.97, 0.96, 0.03]), 0.03, 1.0);
+        let [_, edge, y_wall] = near(&Map::new(&field), Vec3::splat([0.97, 0.96, 0.03]), 0.03);
         assert!((edge.gap - 0.02).abs() < 1e-6 && y_wall.gap > 1.0);
         assert!((edge.normal - Vec3::splat([-0.6, -0.8, 0.0])).norm() < 1e-6);
         // Beside a face the edge is none.
-        let [_, x_wall, y_wall] = faces(&Map::new(&field), Vec3::splat([0.97, 1.01, 0.03]), 0.03, 1.0);
+        let [_, x_wall, y_wall] = near(&Map::new(&field), Vec3::splat([0.97, 1.01, 0.03]), 0.03);
         assert!(x_wall.gap.abs() < 1e-6 && x_wall.normal.y == 0.0 && y_wall.gap > 1.0);
     }
 
@@ -166,7 +174,7 @@ mod tests {
     fn a_slope_pushes_along_its_normal() {
         let mut field = HeightField::flat(0.0);
         field.cells = vec![[0.0, 0.05, 0.0, 0.05]];
-        let [p, ..] = faces(&Map::new(&field), Vec3::splat([0.0, 0.0, 0.1]), 0.03, 1.0);
+        let [p, ..] = near(&Map::new(&field), Vec3::splat([0.0, 0.0, 0.1]), 0.03);
         // The plane z = 0.025 + x / 2 at the cell's center.
         let cosine = 1.0 / 1.25_f64.sqrt();
         assert!((p.gap - (0.075 * cosine - 0.03)).abs() < 1e-6);
@@ -176,9 +184,9 @@ mod tests {
     #[test]
     fn far_outside_the_field_the_border_goes_on() {
         for x in [-1e6, 1e6, 1e30] {
-            let [p, ..] = faces(&Map::new(&step()), Vec3::splat([x, 0.0, 1.0]), 0.0, 10.0);
             let ground = if x < 0.0 { 0.0 } else { 0.2 };
-            assert!((p.gap - (1.0 - ground)).abs() < 1e-6);
+            let [p, ..] = near(&Map::new(&step()), Vec3::splat([x, 0.0, ground + 0.01]), 0.0);
+            assert!((p.gap - 0.01).abs() < 1e-6);
         }
     }
 
@@ -216,7 +224,7 @@ mod tests {
                 // Evenly scattered: multiples of the golden ratio and of the root of two.
                 let [x, y] = [0.618_034, 0.414_214].map(|step| 0.1 + 1.8 * (f64::from(i) * step).fract());
                 let (height, normal) = resting(&ground, x, y, radius);
-                let touched = faces(&map, Vec3::splat([x, y, height]), radius, 1.0);
+                let touched = near(&map, Vec3::splat([x, y, height]), radius);
                 let nearest = touched.into_iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).expect("three");
                 worst = worst.max(nearest.gap.abs() * 1e3);
                 let along = |near: &Proximity<f64>| {
