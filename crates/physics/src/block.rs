@@ -3,7 +3,7 @@
 use spatial::{Inertia, Lane, Quat, Vec3};
 
 use crate::engine::Engine;
-use crate::workspace::Workspace;
+use crate::ground::FACES;
 
 /// Where the robots are and how they move.
 #[derive(Clone, Debug)]
@@ -69,7 +69,8 @@ pub struct Block<L> {
     pub input: Input<L>,
     /// What the last step gave.
     pub output: Output<L>,
-    pub(crate) workspace: Workspace<L>,
+    /// Contact impulses of the last step \[N s\], world frame, one a place among all possible contacts.
+    pub(crate) impulses: Vec<Vec3<L>>,
 }
 
 impl<L: Lane> Block<L> {
@@ -95,28 +96,30 @@ impl<L: Lane> Block<L> {
                 joint_torque: vec![L::zero(); joints],
                 contact_force: vec![Vec3::zero(); engine.num_contacts()],
             },
-            workspace: Workspace::new(engine),
+            impulses: vec![Vec3::zero(); FACES * engine.num_contacts()],
         }
     }
 
     /// Forgets contact impulses kept for warm starting; call for a lane whose state was set by hand.
     pub fn forget_contacts(&mut self, lane: usize) {
-        self.workspace.forget_contacts(lane);
+        for impulse in &mut self.impulses {
+            impulse.set(lane, [0.0; 3]);
+        }
     }
 
     /// Contact impulses of the last step \[N s\], world frame, which start the next solve: state that a
     /// continued simulation needs beside [`State`].
     pub fn impulses(&self) -> &[Vec3<L>] {
-        self.workspace.impulses()
+        &self.impulses
     }
 
     /// Replaces the impulses; `impulses` is as long as what [`Block::impulses`] gave.
     pub fn set_impulses(&mut self, impulses: &[Vec3<L>]) {
-        self.workspace.set_impulses(impulses);
+        self.impulses.copy_from_slice(impulses);
     }
 
     /// Advances every lane by one time step of [`Engine`]'s configuration.
     pub fn step(&mut self, engine: &Engine<L>) {
-        crate::step::step(engine, self);
+        engine.with_workspace(|workspace| crate::step::step(engine, self, workspace));
     }
 }

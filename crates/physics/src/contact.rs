@@ -80,15 +80,13 @@ impl<L: Lane> Contact<L> {
     }
 }
 
-/// All contacts of a step, and the impulses of the last for warm starting.
+/// All contacts of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactSet<L> {
     contacts: Vec<Contact<L>>,
     active: usize,
     /// Candidates of the limb at hand, in each lane the nearest first.
     sorted: Vec<Candidate<L>>,
-    /// Impulses of the last step in the world frame \[N s\], one a slot.
-    pub(crate) last_impulse: Vec<Vec3<L>>,
 }
 
 /// What is needed to turn a nearby piece of ground into a solver row.
@@ -108,13 +106,6 @@ impl<L: Lane> ContactSet<L> {
             contacts: (0..slots).map(|_| Contact::new(max_chain)).collect(),
             active: 0,
             sorted: Vec::with_capacity(slots),
-            last_impulse: vec![Vec3::zero(); slots],
-        }
-    }
-
-    pub(crate) fn forget(&mut self, lane: usize) {
-        for impulse in &mut self.last_impulse {
-            impulse.set(lane, [0.0; 3]);
         }
     }
 
@@ -145,9 +136,9 @@ impl<L: Lane> ContactSet<L> {
         }
     }
 
-    /// Makes contacts of the limb's candidates.
+    /// Makes contacts of the limb's candidates, which begin with the impulses of the last step (world frame \[N s\], one a slot).
     #[inline(always)]
-    pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize) {
+    pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize, last_impulse: &[Vec3<L>]) {
         let chain = &frame.structure.limbs[limb].chain;
         for candidate in &self.sorted {
             let contact = &mut self.contacts[self.active];
@@ -158,7 +149,7 @@ impl<L: Lane> ContactSet<L> {
             contact.allowed_approach = allowed_approach(frame.config, candidate.near.gap);
             let mut kept = Vec3::zero();
             for lane in 0..L::WIDTH {
-                kept.set(lane, self.last_impulse[candidate.slot.index(lane)].get(lane));
+                kept.set(lane, last_impulse[candidate.slot.index(lane)].get(lane));
             }
             // A lane where it is far must not notice that another brought the contact in.
             let within = candidate.near.gap.lt(ground::far());
@@ -191,11 +182,17 @@ impl<L: Lane> ContactSet<L> {
         }
     }
 
-    /// Keeps the impulses for the next step and writes forces per sphere (world frame, \[N\]).
+    /// Writes the impulses, for the next step, and forces per sphere (world frame, \[N s\] and \[N\]).
     #[inline(always)]
-    pub(crate) fn finish(&mut self, r_wb: spatial::Mat3<L>, time_step: f64, force: &mut [Vec3<L>]) {
+    pub(crate) fn finish(
+        &self,
+        r_wb: spatial::Mat3<L>,
+        time_step: f64,
+        impulses: &mut [Vec3<L>],
+        force: &mut [Vec3<L>],
+    ) {
         force.fill(Vec3::zero());
-        self.last_impulse.fill(Vec3::zero());
+        impulses.fill(Vec3::zero());
         let per_time = L::splat(1.0 / time_step);
         let spheres = force.len();
         for contact in &self.contacts[..self.active] {
@@ -203,7 +200,7 @@ impl<L: Lane> ContactSet<L> {
             let share = impulse.scale(per_time);
             for lane in 0..L::WIDTH {
                 let slot = contact.slot.index(lane);
-                self.last_impulse[slot].set(lane, impulse.get(lane));
+                impulses[slot].set(lane, impulse.get(lane));
                 let force = &mut force[slot % spheres];
                 let [sum, new] = [force.get(lane), share.get(lane)];
                 force.set(lane, [0, 1, 2].map(|i| sum[i] + new[i]));
@@ -302,12 +299,7 @@ fn symmetric_inverse<L: Lane>(w: &[L; 6]) -> [L; 6] {
 
 /// Solves one contact given all others; returns the change of its impulse, if there is one in any lane.
 #[inline(always)]
-fn visit<L: Lane>(
-    contact: &mut Contact<L>,
-    chain: &[usize],
-    friction: L,
-    whitened: &[L],
-) -> Option<Vec3<L>> {
+fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whitened: &[L]) -> Option<Vec3<L>> {
     let mut velocity = Vec3::zero();
     for (&column, &dof) in contact.columns.iter().zip(chain) {
         velocity = column.scale_add(whitened[dof], velocity);

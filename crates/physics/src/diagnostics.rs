@@ -14,13 +14,15 @@ use crate::{
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force},
     step,
     structure::{BASE_DOFS, SphereConstants},
+    workspace::Workspace,
 };
 
 impl<L: Lane> Block<L> {
     /// Momentum of the whole robot in the world frame — angular about the center of mass \[N m s\], then linear
     /// \[N s\] — and its kinetic energy \[J\], without armature.
-    pub fn momentum_and_energy(&mut self, engine: &Engine<L>) -> ([Vec3<L>; 2], L) {
-        let Self { state, parameters, workspace: w, .. } = self;
+    pub fn momentum_and_energy(&self, engine: &Engine<L>) -> ([Vec3<L>; 2], L) {
+        let Self { state, parameters, .. } = self;
+        let mut w = Workspace::new(engine);
         let structure = engine.structure();
         forward_kinematics(structure, parameters, state, &mut w.links);
         let base = Spatial { angular: state.base_angular_velocity, linear: state.base_linear_velocity };
@@ -48,8 +50,9 @@ impl<L: Lane> Block<L> {
     }
 
     /// Centers of the contact spheres in the world frame \[m\], in the order of `RobotModel::contacts`.
-    pub fn contact_centers(&mut self, engine: &Engine<L>) -> Vec<Vec3<L>> {
-        let Self { state, parameters, workspace: w, .. } = self;
+    pub fn contact_centers(&self, engine: &Engine<L>) -> Vec<Vec3<L>> {
+        let Self { state, parameters, .. } = self;
+        let mut w = Workspace::new(engine);
         let structure = engine.structure();
         forward_kinematics(structure, parameters, state, &mut w.links);
         let r_wb = state.base_orientation.to_matrix();
@@ -61,13 +64,13 @@ impl<L: Lane> Block<L> {
 
     /// Mass matrix with armature, full and symmetric, row by row: kg m² where both degrees of freedom turn, kg m
     /// where one does, kg where none does.
-    pub fn mass_matrix(&mut self, engine: &Engine<L>) -> Vec<L> {
-        self.fill_mass_matrix(engine);
+    pub fn mass_matrix(&self, engine: &Engine<L>) -> Vec<L> {
+        let w = self.mass_matrix_and_kinematics(engine);
         let structure = engine.structure();
         let dofs = structure.num_dofs();
         let mut full = vec![L::zero(); dofs * dofs];
         for dof in 0..dofs {
-            let row = &self.workspace.factor[structure.row_start(dof)..];
+            let row = &w.factor[structure.row_start(dof)..];
             for (&entry, &ancestor) in row.iter().zip(structure.chain(dof)) {
                 full[dof * dofs + ancestor] = entry;
                 full[ancestor * dofs + dof] = entry;
@@ -78,11 +81,12 @@ impl<L: Lane> Block<L> {
 
     /// The generalized force that gravity and velocity take, one entry a degree of freedom \[N m or N\]: what must be
     /// applied for `v̇` to be zero.
-    pub fn bias_force(&mut self, engine: &Engine<L>) -> Vec<L> {
-        let Self { state, parameters, workspace: w, .. } = self;
+    pub fn bias_force(&self, engine: &Engine<L>) -> Vec<L> {
+        let Self { state, parameters, .. } = self;
+        let mut w = Workspace::new(engine);
         forward_kinematics(engine.structure(), parameters, state, &mut w.links);
-        step::bias(engine, state, state.base_orientation.to_matrix(), w);
-        w.force.clone()
+        step::bias(engine, state, state.base_orientation.to_matrix(), &mut w);
+        w.force
     }
 
     /// The acceleration `v̇` under these joint torques \[N m\] and the forces of [`Block::input`]; neither ground nor
@@ -90,14 +94,14 @@ impl<L: Lane> Block<L> {
     ///
     /// # Panics
     /// If there is not one torque for each joint.
-    pub fn forward_dynamics(&mut self, engine: &Engine<L>, joint_torque: &[L]) -> Vec<L> {
+    pub fn forward_dynamics(&self, engine: &Engine<L>, joint_torque: &[L]) -> Vec<L> {
         assert_eq!(joint_torque.len(), engine.num_joints(), "one torque a joint");
-        self.fill_mass_matrix(engine);
+        let mut w = self.mass_matrix_and_kinematics(engine);
         let structure = engine.structure();
-        let Self { state, parameters, input, workspace: w, .. } = self;
+        let Self { state, parameters, input, .. } = self;
         factorize(structure, &mut w.factor, &mut w.inverse_diagonal);
         let r_wb = state.base_orientation.to_matrix();
-        step::bias(engine, state, r_wb, w);
+        step::bias(engine, state, r_wb, &mut w);
         step::subtract_from_base_forces(parameters, input, r_wb, &mut w.force);
         for (force, &torque) in w.force[BASE_DOFS..].iter_mut().zip(joint_torque) {
             *force = torque - *force;
@@ -109,14 +113,16 @@ impl<L: Lane> Block<L> {
         acceleration
     }
 
-    /// Fills the workspace's kinematics and, in place of the factor, the packed mass matrix.
-    fn fill_mass_matrix(&mut self, engine: &Engine<L>) {
-        let Self { state, parameters, workspace: w, .. } = self;
+    /// A workspace with kinematics and, in place of the factor, the packed mass matrix.
+    fn mass_matrix_and_kinematics(&self, engine: &Engine<L>) -> Workspace<L> {
+        let Self { state, parameters, .. } = self;
+        let mut w = Workspace::new(engine);
         let structure = engine.structure();
         forward_kinematics(structure, parameters, state, &mut w.links);
         for (diagonal, joint) in w.diagonal.iter_mut().zip(&structure.joints) {
             *diagonal = L::broadcast(joint.armature);
         }
         composite_rigid_body(structure, &w.links, &w.diagonal, &mut w.composite, &mut w.factor);
+        w
     }
 }

@@ -6,7 +6,12 @@ use robot::{BodyPart, RobotModel};
 use spatial::{Lane, Vec3};
 use terrain::HeightField;
 
-use crate::{block::Parameters, ground::Map, structure::Structure};
+use crate::{
+    block::Parameters,
+    ground::Map,
+    structure::Structure,
+    workspace::{Pool, Workspace},
+};
 
 /// Settings of the time step, the contact solver and the actuators.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +79,7 @@ pub struct Engine<L: Lane> {
     pub config: Config,
     nominal: Parameters<L>,
     structure: Structure<L::Scalar>,
+    pool: Pool<L>,
 }
 
 impl<L: Lane> Engine<L> {
@@ -90,11 +96,16 @@ impl<L: Lane> Engine<L> {
             damping: L::splat(config.actuator.damping),
         };
         let map = Arc::new(Map::new(&terrain));
-        Self { robot, terrain, map, config, nominal, structure }
+        Self { robot, terrain, map, config, nominal, structure, pool: Pool::new() }
     }
     /// The ground.
     pub fn terrain(&self) -> &HeightField {
         &self.terrain
+    }
+    pub(crate) fn with_workspace(&self, work: impl FnOnce(&mut Workspace<L>)) {
+        let mut workspace = self.pool.take(self);
+        work(&mut workspace);
+        self.pool.give_back(workspace);
     }
     pub(crate) fn map(&self) -> &Map {
         &self.map

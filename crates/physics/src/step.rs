@@ -19,20 +19,25 @@ use crate::{
 };
 
 /// Advances a block by one time step.
-pub(crate) fn step<L: Lane>(engine: &Engine<L>, block: &mut Block<L>) {
+pub(crate) fn step<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, workspace: &mut Workspace<L>) {
     let r_wb = block.state.base_orientation.to_matrix();
-    unconstrained_velocity(engine, block, r_wb);
-    find_contacts(engine, block, r_wb);
-    solve(engine, block);
-    integrate(engine, block, r_wb);
+    unconstrained_velocity(engine, block, r_wb, workspace);
+    find_contacts(engine, block, r_wb, workspace);
+    solve(engine, block.parameters.friction, workspace);
+    integrate(engine, block, r_wb, workspace);
 }
 
 /// Fills the workspace: kinematics, factor, and the whitened velocity the step would end with without contacts.
 #[inline(always)]
-pub(crate) fn unconstrained_velocity<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>) {
+fn unconstrained_velocity<L: Lane>(
+    engine: &Engine<L>,
+    block: &Block<L>,
+    r_wb: Mat3<L>,
+    w: &mut Workspace<L>,
+) {
     let structure = engine.structure();
     let dt = L::splat(engine.config.time_step);
-    let Block { state, parameters, input, workspace: w, .. } = block;
+    let Block { state, parameters, input, .. } = block;
     forward_kinematics(structure, parameters, state, &mut w.links);
     for (j, joint) in structure.joints.iter().enumerate() {
         let torque = affine_torque(
@@ -102,9 +107,9 @@ pub(crate) fn heading_to_world<L: Lane>(r_wb: Mat3<L>, v: Vec3<L>) -> Vec3<L> {
 }
 
 #[inline(always)]
-fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>) {
+fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w: &mut Workspace<L>) {
     let structure = engine.structure();
-    let Block { state, parameters, workspace: w, .. } = block;
+    let Block { state, parameters, .. } = block;
     let frame = ContactFrame {
         structure,
         config: &engine.config,
@@ -135,16 +140,14 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L
                 w.contacts.consider(Candidate { near, point, slot, depth });
             }
         }
-        w.contacts.add_limb(&frame, limb);
+        w.contacts.add_limb(&frame, limb, &block.impulses);
     }
     w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &state.joint_position);
 }
 
 #[inline(always)]
-fn solve<L: Lane>(engine: &Engine<L>, block: &mut Block<L>) {
+fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
     let structure = engine.structure();
-    let friction = block.parameters.friction;
-    let w = &mut block.workspace;
     w.contacts.warm_start(structure, &mut w.whitened);
     for _ in 0..engine.config.solver_sweeps {
         w.limits.sweep(structure, &mut w.whitened);
@@ -154,9 +157,9 @@ fn solve<L: Lane>(engine: &Engine<L>, block: &mut Block<L>) {
 }
 
 #[inline(always)]
-fn integrate<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>) {
+fn integrate<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>, w: &Workspace<L>) {
     let dt = L::splat(engine.config.time_step);
-    let Block { state, output, workspace: w, .. } = block;
+    let Block { state, output, impulses, .. } = block;
     let v = &w.velocity;
     let angular = Vec3::new(v[0], v[1], v[2]);
     let linear_w = r_wb * Vec3::new(v[3], v[4], v[5]);
@@ -171,5 +174,5 @@ fn integrate<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>) {
         state.joint_position[j] = dt.mul_add(rate, state.joint_position[j]);
         output.joint_torque[j] = torque.damping.neg_mul_add(rate, torque.constant);
     }
-    w.contacts.finish(r_wb, engine.config.time_step, &mut output.contact_force);
+    w.contacts.finish(r_wb, engine.config.time_step, impulses, &mut output.contact_force);
 }

@@ -1,13 +1,15 @@
-//! Scratch memory of a step, allocated once, and what is kept from one step to the next for warm starting.
+//! Scratch memory of a step.
 
-use spatial::{Inertia, Lane, Vec3};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use spatial::{Inertia, Lane};
 
 use crate::{
     actuator::AffineTorque, bias::LinkMotion, contact::ContactSet, engine::Engine, joint_limit::LimitSet,
     kinematics::LinkKinematics,
 };
 
-/// Scratch memory of one block.
+/// Scratch memory of one step: nothing in it is read before it is written.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<L> {
     /// Per link: pose, axis, inertia.
@@ -54,17 +56,36 @@ impl<L: Lane> Workspace<L> {
             limits: LimitSet::new(joints, structure.max_chain()),
         }
     }
+}
 
-    pub(crate) fn forget_contacts(&mut self, lane: usize) {
-        self.contacts.forget(lane);
+/// Workspaces that are not in use.
+///
+/// A block borrows one for a step: the few that take turns stay in a core's nearest cache, where one for each block would be
+/// fetched from afar.
+#[derive(Debug)]
+pub(crate) struct Pool<L>(Mutex<Vec<Box<Workspace<L>>>>);
+
+impl<L: Lane> Pool<L> {
+    pub(crate) fn new() -> Self {
+        Self(Mutex::new(Vec::new()))
     }
 
-    /// Contact impulses of the last step \[N s\], world frame.
-    pub(crate) fn impulses(&self) -> &[Vec3<L>] {
-        &self.contacts.last_impulse
+    pub(crate) fn take(&self, engine: &Engine<L>) -> Box<Workspace<L>> {
+        self.free().pop().unwrap_or_else(|| Box::new(Workspace::new(engine)))
     }
 
-    pub(crate) fn set_impulses(&mut self, impulses: &[Vec3<L>]) {
-        self.contacts.last_impulse.copy_from_slice(impulses);
+    pub(crate) fn give_back(&self, workspace: Box<Workspace<L>>) {
+        self.free().push(workspace);
+    }
+
+    /// A panic elsewhere leaves nothing half-done in a list of what is free.
+    fn free(&self) -> MutexGuard<'_, Vec<Box<Workspace<L>>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<L: Lane> Clone for Pool<L> {
+    fn clone(&self) -> Self {
+        Self::new()
     }
 }
