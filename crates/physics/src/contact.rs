@@ -1,6 +1,6 @@
 //! Hard contacts with friction: block projected Gauss–Seidel in whitened coordinates.
 //!
-//! Each contact is a 3-vector impulse λ (base frame) inside the cone |λ_t| ≤ µ λ_n. One visit solves the contact's 3 × 3
+//! Each contact is a 3-vector impulse λ (two tangents and the normal) inside the cone |λ_t| ≤ µ λ_n. One visit solves the contact's 3 × 3
 //! block for rest, and where that leaves the cone lets it slide: tangential part onto the disk, normal part solved anew.
 //! The number of sweeps is fixed, so a lane never waits for another. Zero restitution; penetration is corrected by a
 //! capped share each step, and a gap not yet closed only limits the approach (speculative contact).
@@ -48,15 +48,16 @@ impl<L: Lane> Candidate<L> {
 pub(crate) struct Contact<L> {
     limb: usize,
     slot: L,
-    /// Whitened Jacobian, one column a degree of freedom of the limb's chain; base frame.
+    /// Two tangents and the normal, base frame: x, y and z of everything below.
+    axes: [Vec3<L>; 3],
+    /// Whitened Jacobian, one column a degree of freedom of the limb's chain.
     columns: Vec<Vec3<L>>,
-    normal: Vec3<L>,
     /// Speed the contact may at most approach with, negative: must leave with \[m/s\].
     allowed_approach: L,
     /// Inverse of the 3 × 3 block, `[xx, yy, zz, xy, xz, yz]`.
     inverse_block: [L; 6],
-    /// The block times the normal, and the inverse of its normal component.
-    block_normal: Vec3<L>,
+    /// What a unit of normal impulse adds to the slip.
+    slip_of_normal: [L; 2],
     inverse_normal: L,
     /// Step along the slip that cannot overshoot: the inverse of the trace of the tangential block.
     tangential_step: L,
@@ -69,10 +70,10 @@ impl<L: Lane> Contact<L> {
             limb: 0,
             slot: L::zero(),
             columns: vec![Vec3::zero(); max_chain],
-            normal: Vec3::zero(),
+            axes: [Vec3::zero(); 3],
             allowed_approach: L::zero(),
             inverse_block: [L::zero(); 6],
-            block_normal: Vec3::zero(),
+            slip_of_normal: [L::zero(); 2],
             inverse_normal: L::zero(),
             tangential_step: L::zero(),
             impulse: Vec3::zero(),
@@ -145,7 +146,7 @@ impl<L: Lane> ContactSet<L> {
             self.active += 1;
             contact.limb = limb;
             contact.slot = candidate.slot;
-            contact.normal = frame.r_wb.transpose_mul(candidate.near.normal);
+            contact.axes = axes(frame.r_wb.transpose_mul(candidate.near.normal));
             contact.allowed_approach = allowed_approach(frame.config, candidate.near.gap);
             let mut kept = Vec3::zero();
             for lane in 0..L::WIDTH {
@@ -153,9 +154,11 @@ impl<L: Lane> ContactSet<L> {
             }
             // A lane where it is far must not notice that another brought the contact in.
             let within = candidate.near.gap.lt(ground::far());
-            let kept = into_push(frame.r_wb.transpose_mul(kept), contact.normal);
-            contact.impulse = kept.scale(within.select(L::one(), L::zero()));
-            fill_columns(frame, chain, candidate, &mut contact.columns);
+            let kept = frame.r_wb.transpose_mul(kept).scale(within.select(L::one(), L::zero()));
+            // The normal may have turned since: never a pull.
+            let [x, y, z] = contact.axes.map(|axis| axis.dot(kept));
+            contact.impulse = Vec3::new(x, y, z.max(L::zero()));
+            fill_columns(frame, chain, candidate, &contact.axes, &mut contact.columns);
             let columns = &mut contact.columns[..chain.len()];
             whiten_jacobian(frame.structure, frame.factor, frame.inverse_diagonal, chain, columns);
             prepare_block(contact, chain.len());
@@ -196,7 +199,9 @@ impl<L: Lane> ContactSet<L> {
         let per_time = L::splat(1.0 / time_step);
         let spheres = force.len();
         for contact in &self.contacts[..self.active] {
-            let impulse = r_wb * contact.impulse;
+            let [x, y, normal] = contact.axes;
+            let Vec3 { x: a, y: b, z: c } = contact.impulse;
+            let impulse = r_wb * x.scale_add(a, y.scale_add(b, normal.scale(c)));
             let share = impulse.scale(per_time);
             for lane in 0..L::WIDTH {
                 let slot = contact.slot.index(lane);
@@ -218,38 +223,44 @@ fn allowed_approach<L: Lane>(config: &Config, gap: L) -> L {
     gap.gt(L::zero()).select(gap * per_step, correction)
 }
 
-/// An impulse of the last step, for a normal that has turned since: never a pull.
+/// Two tangents and the unit normal, right-handed (Duff et al. 2017, *Building an orthonormal basis, revisited*).
 #[inline(always)]
-fn into_push<L: Lane>(impulse: Vec3<L>, normal: Vec3<L>) -> Vec3<L> {
-    let pull = impulse.dot(normal).min(L::zero());
-    normal.scale_add(-pull, impulse)
+fn axes<L: Lane>(n: Vec3<L>) -> [Vec3<L>; 3] {
+    let sign = n.z.ge(L::zero()).select(L::one(), -L::one());
+    let a = -(L::one() / (sign + n.z));
+    let b = n.x * n.y * a;
+    let x = Vec3::new((sign * n.x * n.x).mul_add(a, L::one()), sign * b, -(sign * n.x));
+    let y = Vec3::new(b, (n.y * n.y).mul_add(a, sign), -n.y);
+    [x, y, n]
 }
 
-/// Velocity of the candidate's point per unit velocity of each degree of freedom of the chain; base frame.
+/// Velocity of the candidate's point along the contact's axes, per unit velocity of each degree of freedom of the chain.
 #[inline(always)]
 fn fill_columns<L: Lane>(
     frame: &ContactFrame<L>,
     chain: &[usize],
     candidate: &Candidate<L>,
+    axes: &[Vec3<L>; 3],
     columns: &mut [Vec3<L>],
 ) {
-    let (zero, one) = (L::zero(), L::one());
     let point = candidate.point;
-    // e_k × p for the angular, e_k for the linear velocity of the base.
-    columns[0] = Vec3::new(zero, -point.z, point.y);
-    columns[1] = Vec3::new(point.z, zero, -point.x);
-    columns[2] = Vec3::new(-point.y, point.x, zero);
-    columns[3] = Vec3::new(one, zero, zero);
-    columns[4] = Vec3::new(zero, one, zero);
-    columns[5] = Vec3::new(zero, zero, one);
+    // Along an axis a, turning about e_k moves the point by (e_k × p) · a = e_k · (p × a).
+    let [x, y, z] = axes.map(|axis| point.cross(axis).to_array());
+    let [ax, ay, az] = axes.map(Vec3::to_array);
+    for k in 0..3 {
+        columns[k] = Vec3::new(x[k], y[k], z[k]);
+        columns[3 + k] = Vec3::new(ax[k], ay[k], az[k]);
+    }
     for (place, (column, &dof)) in columns.iter_mut().zip(chain).enumerate().skip(BASE_DOFS) {
         let link = &frame.links[dof - BASE_DOFS + 1];
-        let moves = L::splat(place as f64).lt(candidate.depth).select(one, zero);
-        *column = match frame.structure.joints[dof - BASE_DOFS].kind {
+        let moves = L::splat(place as f64).lt(candidate.depth).select(L::one(), L::zero());
+        let motion = match frame.structure.joints[dof - BASE_DOFS].kind {
             JointKind::Revolute => link.axis.cross(point - link.p_bl),
             JointKind::Prismatic => link.axis,
         }
         .scale(moves);
+        let [x, y, z] = axes.map(|axis| axis.dot(motion));
+        *column = Vec3::new(x, y, z);
     }
 }
 
@@ -264,11 +275,9 @@ fn prepare_block<L: Lane>(contact: &mut Contact<L>, chain_len: usize) {
         w[4] = c.x.mul_add(c.z, w[4]);
         w[5] = c.y.mul_add(c.z, w[5]);
     }
-    let n = contact.normal;
-    contact.block_normal = symmetric_mul(&w, n);
-    let normal_block = contact.block_normal.dot(n);
-    contact.inverse_normal = L::one() / normal_block;
-    contact.tangential_step = L::one() / (w[0] + w[1] + w[2] - normal_block);
+    contact.slip_of_normal = [w[4], w[5]];
+    contact.inverse_normal = L::one() / w[2];
+    contact.tangential_step = L::one() / (w[0] + w[1]);
     contact.inverse_block = symmetric_inverse(&w);
 }
 
@@ -304,36 +313,33 @@ fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whiten
     for (&column, &dof) in contact.columns.iter().zip(chain) {
         velocity = column.scale_add(whitened[dof], velocity);
     }
-    let n = contact.normal;
     let old = contact.impulse;
     // Rest: no velocity but the allowed approach along the normal.
-    let residual = n.scale_add(contact.allowed_approach, velocity);
-    let (old_normal, approach) = (old.dot(n), residual.dot(n));
+    let approach = velocity.z + contact.allowed_approach;
     // What neither approaches nor pushes stays as it is.
     if !approach.lt(L::zero()).or(old.dot(old).gt(L::zero())).any() {
         return None;
     }
+    let residual = Vec3::new(velocity.x, velocity.y, approach);
     let sticking = old - symmetric_mul(&contact.inverse_block, residual);
-    let sticking_normal = sticking.dot(n);
-    let tangential = n.scale_add(-sticking_normal, sticking);
-    let length_squared = tangential.dot(tangential);
-    let limit = friction * sticking_normal.max(L::zero());
-    let sticks = length_squared.le(limit * limit).and(sticking_normal.ge(L::zero()));
+    let length_squared = sticking.x.mul_add(sticking.x, sticking.y * sticking.y);
+    let limit = friction * sticking.z.max(L::zero());
+    let sticks = length_squared.le(limit * limit).and(sticking.z.ge(L::zero()));
 
     // Otherwise first the normal alone, then a step against the slip that is left, back onto the disk µ λ_n: at the
     // solution friction opposes the slip (maximum dissipation), and it never drives it on the way there.
-    let normal = contact.inverse_normal.neg_mul_add(approach, old_normal).max(L::zero());
-    let velocity = contact.block_normal.scale_add(normal - old_normal, velocity);
-    let slip = n.scale_add(-velocity.dot(n), velocity);
-    let trial = slip.scale_add(-contact.tangential_step, n.scale_add(-old_normal, old));
-    let inverse_length = L::one() / trial.dot(trial).max(L::splat(1e-20)).sqrt();
-    let within = (friction * normal * inverse_length).min(L::one());
-    let sliding = n.scale_add(normal, trial.scale(within));
+    let normal = contact.inverse_normal.neg_mul_add(approach, old.z).max(L::zero());
+    let change = normal - old.z;
+    let [slip_x, slip_y] = contact.slip_of_normal;
+    let trial_x = contact.tangential_step.neg_mul_add(slip_x.mul_add(change, velocity.x), old.x);
+    let trial_y = contact.tangential_step.neg_mul_add(slip_y.mul_add(change, velocity.y), old.y);
+    let length = trial_x.mul_add(trial_x, trial_y * trial_y).max(L::splat(1e-20)).sqrt();
+    let within = (friction * normal / length).min(L::one());
 
     let new = Vec3::new(
-        sticks.select(sticking.x, sliding.x),
-        sticks.select(sticking.y, sliding.y),
-        sticks.select(sticking.z, sliding.z),
+        sticks.select(sticking.x, trial_x * within),
+        sticks.select(sticking.y, trial_y * within),
+        sticks.select(sticking.z, normal),
     );
     contact.impulse = new;
     Some(new - old)
