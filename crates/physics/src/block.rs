@@ -71,6 +71,8 @@ pub struct Block<L> {
     pub output: Output<L>,
     /// Contact impulses of the last step \[N s\], world frame, one a place among all possible contacts.
     pub(crate) impulses: Vec<Vec3<L>>,
+    /// The places whose impulse, or their sphere's force, may be other than zero.
+    pub(crate) touched: Vec<usize>,
 }
 
 impl<L: Lane> Block<L> {
@@ -97,6 +99,7 @@ impl<L: Lane> Block<L> {
                 contact_force: vec![Vec3::zero(); engine.num_contacts()],
             },
             impulses: vec![Vec3::zero(); FACES * engine.num_contacts()],
+            touched: Vec::new(),
         }
     }
 
@@ -116,6 +119,7 @@ impl<L: Lane> Block<L> {
     /// Replaces the impulses; `impulses` is as long as what [`Block::impulses`] gave.
     pub fn set_impulses(&mut self, impulses: &[Vec3<L>]) {
         self.impulses.copy_from_slice(impulses);
+        self.touched = (0..impulses.len()).collect();
     }
 
     /// Advances every lane by one time step of [`Engine`]'s configuration.

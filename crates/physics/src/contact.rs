@@ -86,6 +86,8 @@ impl<L: Lane> Contact<L> {
 pub(crate) struct ContactSet<L> {
     contacts: Vec<Contact<L>>,
     active: usize,
+    /// Slots of the candidates.
+    slots: Vec<usize>,
     /// Candidates of the limb at hand, in each lane the nearest first.
     sorted: Vec<Candidate<L>>,
 }
@@ -106,6 +108,7 @@ impl<L: Lane> ContactSet<L> {
         Self {
             contacts: (0..slots).map(|_| Contact::new(max_chain)).collect(),
             active: 0,
+            slots: Vec::with_capacity(slots),
             sorted: Vec::with_capacity(slots),
         }
     }
@@ -114,17 +117,19 @@ impl<L: Lane> ContactSet<L> {
     #[inline(always)]
     pub(crate) fn clear(&mut self) {
         self.active = 0;
+        self.slots.clear();
         self.sorted.clear();
     }
 
     /// Takes a piece of ground in among the limb's: behind those that are nearer, in each lane by itself. The limb gets
-    /// as many contacts as one of the lanes has, not as all of them together.
+    /// as many contacts as one of the lanes has, not as all of them together. `slot` is the candidate's, the same in all lanes.
     #[inline(always)]
-    pub(crate) fn consider(&mut self, candidate: Candidate<L>) {
+    pub(crate) fn consider(&mut self, slot: usize, candidate: Candidate<L>) {
         let near = |candidate: &Candidate<L>| candidate.near.gap.lt(ground::far()).any();
         if !near(&candidate) {
             return;
         }
+        self.slots.push(slot);
         let mut candidate = candidate;
         for kept in &mut self.sorted {
             let nearer = candidate.near.gap.lt(kept.near.gap);
@@ -185,31 +190,35 @@ impl<L: Lane> ContactSet<L> {
         }
     }
 
-    /// Writes the impulses, for the next step, and forces per sphere (world frame, \[N s\] and \[N\]).
+    /// Writes the impulses, for the next step, and forces per sphere (world frame, \[N s\] and \[N\]); `touched` are the slots
+    /// that differ from zero.
     #[inline(always)]
     pub(crate) fn finish(
         &self,
         r_wb: spatial::Mat3<L>,
         time_step: f64,
         impulses: &mut [Vec3<L>],
+        touched: &mut Vec<usize>,
         force: &mut [Vec3<L>],
     ) {
-        force.fill(Vec3::zero());
-        impulses.fill(Vec3::zero());
-        let per_time = L::splat(1.0 / time_step);
         let spheres = force.len();
+        for slot in touched.drain(..) {
+            impulses[slot] = Vec3::zero();
+            force[slot % spheres] = Vec3::zero();
+        }
         for contact in &self.contacts[..self.active] {
             let [x, y, normal] = contact.axes;
             let Vec3 { x: a, y: b, z: c } = contact.impulse;
             let impulse = r_wb * x.scale_add(a, y.scale_add(b, normal.scale(c)));
-            let share = impulse.scale(per_time);
             for lane in 0..L::WIDTH {
-                let slot = contact.slot.index(lane);
-                impulses[slot].set(lane, impulse.get(lane));
-                let force = &mut force[slot % spheres];
-                let [sum, new] = [force.get(lane), share.get(lane)];
-                force.set(lane, [0, 1, 2].map(|i| sum[i] + new[i]));
+                impulses[contact.slot.index(lane)].set(lane, impulse.get(lane));
             }
+        }
+        let per_time = L::splat(1.0 / time_step);
+        touched.extend_from_slice(&self.slots);
+        for &slot in &*touched {
+            let sphere = slot % spheres;
+            force[sphere] = impulses[slot].scale_add(per_time, force[sphere]);
         }
     }
 }

@@ -135,9 +135,9 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w
                 // What the step would not close, and a margin for what the step itself changes, is no contact.
                 let approach = velocity_w.dot(near.normal);
                 let near = near.only_where(near.gap.lt(approach.neg_mul_add(dt, margin).max(margin)));
-                let slot = L::splat((k * structure.spheres.len() + i) as f64);
+                let slot = k * structure.spheres.len() + i;
                 let point = center_b - r_wb.transpose_mul(near.normal).scale(radius);
-                w.contacts.consider(Candidate { near, point, slot, depth });
+                w.contacts.consider(slot, Candidate { near, point, slot: L::splat(slot as f64), depth });
             }
         }
         w.contacts.add_limb(&frame, limb, &block.impulses);
@@ -159,7 +159,7 @@ fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
 #[inline(always)]
 fn integrate<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>, w: &Workspace<L>) {
     let dt = L::splat(engine.config.time_step);
-    let Block { state, output, impulses, .. } = block;
+    let Block { state, output, impulses, touched, .. } = block;
     let v = &w.velocity;
     let angular = Vec3::new(v[0], v[1], v[2]);
     let linear_w = r_wb * Vec3::new(v[3], v[4], v[5]);
@@ -174,5 +174,5 @@ fn integrate<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>, w
         state.joint_position[j] = dt.mul_add(rate, state.joint_position[j]);
         output.joint_torque[j] = torque.damping.neg_mul_add(rate, torque.constant);
     }
-    w.contacts.finish(r_wb, engine.config.time_step, impulses, &mut output.contact_force);
+    w.contacts.finish(r_wb, engine.config.time_step, impulses, touched, &mut output.contact_force);
 }

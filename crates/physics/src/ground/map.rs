@@ -3,6 +3,8 @@
 use spatial::Lane;
 use terrain::{Cell, HeightField};
 
+use super::wall::MIN_HEIGHT;
+
 /// A height field with a rim of cells that go on level where it ends, so that every cell has neighbors.
 #[derive(Clone, Debug)]
 pub(crate) struct Map {
@@ -13,8 +15,10 @@ pub(crate) struct Map {
     pub(super) columns: usize,
     rows: usize,
     pub(super) cells: Vec<Cell>,
-    /// Highest and lowest corner of each cell and those around it \[m\].
-    bounds: Vec<[f32; 2]>,
+    /// Highest corner of each cell and those around it \[m\]: by itself, as it is all that most spheres ask for.
+    tops: Vec<f32>,
+    /// What else there is in them.
+    surroundings: Vec<[f32; 4]>,
 }
 
 /// Where points are on the map.
@@ -51,17 +55,15 @@ impl Map {
             [a, b, c, d]
         };
         let cells: Vec<Cell> = (0..columns * rows).map(cell).collect();
-        let own = cells.iter().map(|cell| {
-            let [a, b, c, d] = *cell;
-            [a.max(b).max(c.max(d)), a.min(b).min(c.min(d))]
-        });
-        let along_x = widened(&own.collect::<Vec<_>>(), columns, 1);
+        let own: Vec<_> = (0..cells.len()).map(|i| inventory(&cells, columns, i)).collect();
+        let surroundings = widened(&widened(&own, columns, 1), rows, columns);
         Self {
             origin: field.origin.map(f64::from),
             cell_size: f64::from(field.cell_size),
             columns,
             rows,
-            bounds: widened(&along_x, rows, columns),
+            tops: surroundings.iter().map(|found| found[0]).collect(),
+            surroundings,
             cells,
         }
     }
@@ -81,31 +83,76 @@ impl Map {
         Spot { cell, u, v }
     }
 
-    /// Highest and lowest ground \[m\] of the cell at a spot and those around it.
+    /// Highest ground \[m\] of the cell at a spot and those around it.
     #[inline(always)]
-    pub(super) fn bounds<L: Lane>(&self, spot: &Spot<L>) -> [L; 2] {
-        let [mut top, mut bottom] = [L::zero(); 2];
+    pub(super) fn top<L: Lane>(&self, spot: &Spot<L>) -> L {
+        let mut top = L::zero();
         for lane in 0..L::WIDTH {
-            let [high, low] = self.bounds[spot.cell.index(lane)];
-            top.set(lane, f64::from(high));
-            bottom.set(lane, f64::from(low));
+            top.set(lane, f64::from(self.tops[spot.cell.index(lane)]));
         }
-        [top, bottom]
+        top
+    }
+
+    /// What else there is in them.
+    #[inline(always)]
+    pub(super) fn surroundings<L: Lane>(&self, spot: &Spot<L>) -> Surroundings<L> {
+        let [mut depth, mut walls, mut slopes] = [L::zero(); 3];
+        for lane in 0..L::WIDTH {
+            let found = self.surroundings[spot.cell.index(lane)];
+            depth.set(lane, f64::from(found[1]));
+            walls.set(lane, f64::from(found[2]));
+            slopes.set(lane, f64::from(found[3]));
+        }
+        Surroundings { bottom: -depth, walls: walls.gt(L::zero()), slopes: slopes.gt(L::zero()) }
     }
 }
 
-/// Bounds of each cell and of the two that are `stride` before and after it, along an axis of `count` cells; at its ends,
-/// which are the rim's, of the cell alone.
-fn widened(bounds: &[[f32; 2]], count: usize, stride: usize) -> Vec<[f32; 2]> {
-    let widen = |(i, &[top, bottom]): (usize, &[f32; 2])| {
+/// What three by three cells hold.
+pub(super) struct Surroundings<L: Lane> {
+    /// Lowest corner \[m\].
+    pub(super) bottom: L,
+    /// There are vertical faces.
+    pub(super) walls: L::Mask,
+    /// There is something that is not level.
+    pub(super) slopes: L::Mask,
+}
+
+/// Of one cell: highest corner, lowest one with its sign turned, whether a wall stands on its borders, whether it slopes or
+/// has a border too low for a wall. Of several cells it is the greatest of each.
+fn inventory(cells: &[Cell], columns: usize, i: usize) -> [f32; 4] {
+    let [a, b, c, d] = cells[i];
+    let (top, bottom) = (a.max(b).max(c.max(d)), a.min(b).min(c.min(d)));
+    let (column, row) = (i % columns, i / columns);
+    // The rim has no border outward.
+    let beside = |here: usize, count: usize, stride: usize, there: [usize; 2], own: [f32; 2], upper: bool| {
+        let inside = if upper { here + 1 < count } else { here > 0 };
+        let other = inside.then(|| cells[if upper { i + stride } else { i - stride }]);
+        other.map_or(0.0, |other| (other[there[0]] - own[0]).abs().max((other[there[1]] - own[1]).abs()))
+    };
+    let rows = cells.len() / columns;
+    let steps = [
+        beside(column, columns, 1, [0, 2], [b, d], true),
+        beside(column, columns, 1, [1, 3], [a, c], false),
+        beside(row, rows, columns, [0, 1], [c, d], true),
+        beside(row, rows, columns, [2, 3], [a, b], false),
+    ];
+    let is_wall = |step: &&f32| f64::from(**step) > MIN_HEIGHT;
+    let wall = steps.iter().any(|step| is_wall(&step));
+    let uneven = top > bottom || steps.iter().any(|step| *step > 0.0 && !is_wall(&step));
+    [top, -bottom, f32::from(u8::from(wall)), f32::from(u8::from(uneven))]
+}
+
+/// The greatest of each cell's numbers and those of the two that are `stride` before and after it, along an axis of `count`
+/// cells; at its ends, which are the rim's, of the cell alone.
+fn widened(numbers: &[[f32; 4]], count: usize, stride: usize) -> Vec<[f32; 4]> {
+    let widen = |(i, own): (usize, &[f32; 4])| {
         let place = i / stride % count;
         if place == 0 || place + 1 == count {
-            return [top, bottom];
+            return *own;
         }
-        let [before, after] = [bounds[i - stride], bounds[i + stride]];
-        [top.max(before[0]).max(after[0]), bottom.min(before[1]).min(after[1])]
+        std::array::from_fn(|k| own[k].max(numbers[i - stride][k]).max(numbers[i + stride][k]))
     };
-    bounds.iter().enumerate().map(widen).collect()
+    numbers.iter().enumerate().map(widen).collect()
 }
 
 #[cfg(test)]
@@ -126,7 +173,10 @@ mod tests {
                     .flatten()
                     .fold((f32::MIN, f32::MAX), |(top, bottom), &h| (top.max(h), bottom.min(h)));
                 let [x, y] = [column, row].map(|i| (i as f64 + 0.5) * 0.1);
-                assert_eq!(map.bounds(&map.spot(x, y)), [top, bottom].map(f64::from));
+                let spot = map.spot(x, y);
+                let found = map.surroundings(&spot);
+                assert_eq!([map.top(&spot), found.bottom], [top, bottom].map(f64::from));
+                assert!(found.walls && !found.slopes);
             }
         }
     }
@@ -136,7 +186,9 @@ mod tests {
         let map = Map::new(&HeightField::flat(0.3));
         for x in [-1e30, f64::NEG_INFINITY, 1e30, f64::INFINITY, f64::NAN] {
             let spot = map.spot(x, 0.0);
-            assert_eq!(map.bounds(&spot), [f64::from(0.3_f32); 2]);
+            let found = map.surroundings(&spot);
+            assert_eq!([map.top(&spot), found.bottom], [f64::from(0.3_f32); 2]);
+            assert!(!found.walls && !found.slopes);
         }
     }
 }

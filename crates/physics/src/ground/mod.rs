@@ -10,6 +10,7 @@ mod surface;
 mod wall;
 
 pub(crate) use map::Map;
+use map::Surroundings;
 use patch::Patch;
 use spatial::{Lane, Mask, Vec3};
 use surface::{Touched, touched};
@@ -78,18 +79,23 @@ impl<L: Lane> Proximity<L> {
 pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> Option<[Proximity<L>; FACES]> {
     let none = Proximity::none();
     let spot = map.spot(center.x, center.y);
-    let [top, bottom] = map.bounds(&spot);
+    let top = map.top(&spot);
     let least = center.z - top - radius;
     if !least.lt(L::splat(REACH)).any() {
         return None;
     }
+    let Surroundings { bottom, walls: has_walls, slopes } = map.surroundings(&spot);
     if !top.gt(bottom).any() {
         return Some([Proximity { gap: least, ..none }, none, none]);
     }
     let patch = Patch::around(map, &spot);
     let z = center.z - patch.base;
-    let [x_wall, y_wall] = walls(&patch, z, radius);
-    let Touched { own, beside_x, beside_y } = touched(&patch, z, radius, x_wall.gap.min(y_wall.gap));
+    let [x_wall, y_wall] = if has_walls.any() { walls(&patch, z, radius) } else { [none, none] };
+    let Touched { own, beside_x, beside_y } = if slopes.any() {
+        touched(&patch, z, radius, x_wall.gap.min(y_wall.gap)).only_where(slopes, z, radius)
+    } else {
+        Touched::level(z, radius)
+    };
     let (along_x, along_y) = (x_wall.or_nearer(beside_x), y_wall.or_nearer(beside_y));
     // Few robots touch three pieces at once: in most steps the third place stays empty, and costs nothing.
     let x_nearer = along_x.gap.le(along_y.gap);

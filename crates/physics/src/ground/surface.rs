@@ -117,6 +117,25 @@ pub(super) struct Touched<L> {
     pub(super) beside_y: Proximity<L>,
 }
 
+impl<L: Lane> Touched<L> {
+    /// Of a level cell among level cells: its own plane; what stands higher beside it is the walls' business.
+    #[inline(always)]
+    pub(super) fn level(z: L, radius: L) -> Self {
+        let none = Proximity::none();
+        Self { own: Proximity { gap: z - radius, ..none }, beside_x: none, beside_y: none }
+    }
+
+    /// As [`Touched::level`] where nothing slopes: what a lane gets must not depend on the others'.
+    #[inline(always)]
+    pub(super) fn only_where(self, slopes: L::Mask, z: L, radius: L) -> Self {
+        Self {
+            own: Proximity::select(slopes, self.own, Self::level(z, radius).own),
+            beside_x: self.beside_x.only_where(slopes),
+            beside_y: self.beside_y.only_where(slopes),
+        }
+    }
+}
+
 /// All triangles around; `z` is above the patch's base. An edge counts only if it is nearer than `wall`, the gap to the
 /// nearest wall \[m\].
 #[inline(always)]

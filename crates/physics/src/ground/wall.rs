@@ -5,7 +5,7 @@ use spatial::{Lane, Mask, Vec3};
 use super::{Proximity, far, patch::Patch};
 
 /// A step lower than this between neighboring cells is no wall \[m\].
-const MIN_HEIGHT: f64 = 1e-3;
+pub(super) const MIN_HEIGHT: f64 = 1e-3;
 /// No wall is looked for this far above the ground \[m\]: no step of any terrain is higher.
 const MAX_HEIGHT: f64 = 0.5;
 
