@@ -190,6 +190,21 @@ impl<L: Lane> ContactSet<L> {
         }
     }
 
+    /// Work that getting out of overlaps takes at most \[J\].
+    #[inline(always)]
+    pub(crate) fn work_of_pushing_out(&self) -> L {
+        let work = |contact: &Contact<L>| contact.impulse.z * contact.allowed_approach.min(L::zero());
+        self.contacts[..self.active].iter().fold(L::zero(), |sum, contact| sum - work(contact))
+    }
+
+    /// Multiplies all impulses.
+    #[inline(always)]
+    pub(crate) fn scale(&mut self, share: L) {
+        for contact in &mut self.contacts[..self.active] {
+            contact.impulse = contact.impulse.scale(share);
+        }
+    }
+
     /// Writes the impulses, for the next step, and forces per sphere (world frame, \[N s\] and \[N\]); `touched` are the slots
     /// that differ from zero.
     #[inline(always)]
@@ -325,15 +340,17 @@ fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whiten
     let old = contact.impulse;
     // Rest: no velocity but the allowed approach along the normal.
     let approach = velocity.z + contact.allowed_approach;
-    // What neither approaches nor pushes stays as it is.
-    if !approach.lt(L::zero()).or(old.dot(old).gt(L::zero())).any() {
+    // What neither approaches nor pushes stays as it is, even where friction alone could press it on: of two solutions the
+    // one without contact.
+    let acts = approach.lt(L::zero()).or(old.dot(old).gt(L::zero()));
+    if !acts.any() {
         return None;
     }
     let residual = Vec3::new(velocity.x, velocity.y, approach);
     let sticking = old - symmetric_mul(&contact.inverse_block, residual);
     let length_squared = sticking.x.mul_add(sticking.x, sticking.y * sticking.y);
     let limit = friction * sticking.z.max(L::zero());
-    let sticks = length_squared.le(limit * limit).and(sticking.z.ge(L::zero()));
+    let sticks = length_squared.le(limit * limit).and(sticking.z.ge(L::zero())).and(acts);
 
     // Otherwise first the normal alone, then a step against the slip that is left, back onto the disk µ λ_n: at the
     // solution friction opposes the slip (maximum dissipation), and it never drives it on the way there.

@@ -55,7 +55,7 @@ impl Default for Config {
             solver_sweeps: 10,
             error_reduction: 0.2,
             max_depenetration_speed: 1.0,
-            contact_margin: 0.002,
+            contact_margin: 0.01,
             actuator: Actuator {
                 stiffness: 80.0,
                 damping: 2.0,

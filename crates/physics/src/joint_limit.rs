@@ -76,6 +76,13 @@ impl<L: Lane> LimitSet<L> {
         }
     }
 
+    /// Work that getting back inside the limits takes at most \[J\].
+    #[inline(always)]
+    pub(crate) fn work_of_pushing_out(&self) -> L {
+        let work = |limit: &Limit<L>| limit.impulse * limit.allowed_approach.min(L::zero());
+        self.limits[..self.active].iter().fold(L::zero(), |sum, limit| sum - work(limit))
+    }
+
     /// One Gauss–Seidel sweep.
     #[inline(always)]
     pub(crate) fn sweep(&mut self, structure: &Structure<L::Scalar>, whitened: &mut [L]) {

@@ -3,7 +3,7 @@
 //! 1. kinematics, mass matrix (with armature and implicit servo damping), its factor, bias forces;
 //! 2. unconstrained velocity; 3. contacts and joint limits, a fixed number of Gauss–Seidel sweeps; 4. positions.
 
-use spatial::{Lane, Mat3, Vec3};
+use spatial::{Lane, Mask, Mat3, Vec3};
 
 use crate::{
     actuator::affine_torque,
@@ -134,7 +134,8 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w
             for (k, near) in faces.into_iter().enumerate() {
                 // What the step would not close, and a margin for what the step itself changes, is no contact.
                 let approach = velocity_w.dot(near.normal);
-                let near = near.only_where(near.gap.lt(approach.neg_mul_add(dt, margin).max(margin)));
+                let least = approach.neg_mul_add(dt, margin).max(margin).min(L::splat(ground::REACH));
+                let near = near.only_where(near.gap.lt(least));
                 let slot = k * structure.spheres.len() + i;
                 let point = center_b - r_wb.transpose_mul(near.normal).scale(radius);
                 w.contacts.consider(slot, Candidate { near, point, slot: L::splat(slot as f64), depth });
@@ -148,12 +149,46 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w
 #[inline(always)]
 fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
     let structure = engine.structure();
+    w.unconstrained.copy_from_slice(&w.whitened);
     w.contacts.warm_start(structure, &mut w.whitened);
     for _ in 0..engine.config.solver_sweeps {
         w.limits.sweep(structure, &mut w.whitened);
         w.contacts.sweep(structure, friction, &mut w.whitened);
     }
+    forbid_energy_gain(w);
     unwhiten_velocity(structure, &w.factor, &w.inverse_diagonal, &w.whitened, &mut w.velocity);
+}
+
+/// Takes all impulses back by one common share where together they would add kinetic energy.
+///
+/// Hard contacts and limits cannot, but for what pushing out of an overlap takes. A fixed number of sweeps can: beyond some
+/// friction a sliding contact has no solution (Painlevé), and the sweeps run away. In whitened coordinates the
+/// kinetic energy is ½ |x|², so along the change d of x it is a parabola, and the share is where that comes back to
+/// its beginning.
+#[inline(always)]
+fn forbid_energy_gain<L: Lane>(w: &mut Workspace<L>) {
+    let (mut along, mut squared) = (L::zero(), L::zero());
+    for (&after, &before) in w.whitened.iter().zip(&w.unconstrained) {
+        let change = after - before;
+        along = before.mul_add(change, along);
+        squared = change.mul_add(change, squared);
+    }
+    let allowed = w.contacts.work_of_pushing_out() + w.limits.work_of_pushing_out();
+    let half = L::splat(0.5);
+    // Rounding is no gain.
+    let slack = L::splat(1e-3) * squared;
+    let gains = half.mul_add(squared, along).gt(allowed + slack);
+    if !gains.any() {
+        return;
+    }
+    // Roots of ½ d² s² + (x · d) s = allowed.
+    let root = along.mul_add(along, L::splat(2.0) * squared * allowed).sqrt();
+    let share = ((root - along) / squared.max(L::splat(1e-20))).clamp(L::zero(), L::one());
+    let share = gains.select(share, L::one());
+    for (after, &before) in w.whitened.iter_mut().zip(&w.unconstrained) {
+        *after = gains.select(share.mul_add(*after - before, before), *after);
+    }
+    w.contacts.scale(share);
 }
 
 #[inline(always)]

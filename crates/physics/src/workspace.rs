@@ -32,6 +32,8 @@ pub(crate) struct Workspace<L> {
     pub(crate) force: Vec<L>,
     /// Per degree of freedom: whitened velocity.
     pub(crate) whitened: Vec<L>,
+    /// The same before contacts and limits.
+    pub(crate) unconstrained: Vec<L>,
     pub(crate) contacts: ContactSet<L>,
     pub(crate) limits: LimitSet<L>,
 }
@@ -52,6 +54,7 @@ impl<L: Lane> Workspace<L> {
             velocity: vec![L::zero(); dofs],
             force: vec![L::zero(); dofs],
             whitened: vec![L::zero(); dofs],
+            unconstrained: vec![L::zero(); dofs],
             contacts: ContactSet::new(structure.spheres.len(), structure.max_chain()),
             limits: LimitSet::new(joints, structure.max_chain()),
         }

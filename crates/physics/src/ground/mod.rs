@@ -27,7 +27,7 @@ pub(crate) struct Proximity<L> {
 
 /// How far around a sphere the ground is looked at \[m\]: half a cell. What comes nearer than this in one step, faster than 10 m/s,
 /// can be inside before it is seen.
-const REACH: f64 = 0.05;
+pub(crate) const REACH: f64 = 0.05;
 
 /// Pieces of ground a sphere can touch at once.
 pub(crate) const FACES: usize = 3;
