@@ -29,6 +29,10 @@ pub const CONTROL_PERIOD_S: f32 = 0.02;
 pub const ACTION_SCALE: f32 = 0.5;
 /// A base tilted further than this counts as fallen: cosine of 70°.
 const FALLEN_COSINE: f32 = 0.342;
+/// Speeds no robot comes near in 10⁷ steps of random actions, pushes and falls (6.7 m/s, 15 rad/s, 35 rad/s there).
+const MAX_SPEED_MPS: f64 = 30.0;
+const MAX_RATE_RADPS: f64 = 50.0;
+const MAX_JOINT_RATE_RADPS: f64 = 150.0;
 
 /// What all robots share.
 #[derive(Clone, Debug)]
@@ -126,16 +130,19 @@ impl Group {
             || self.base_motion(lane).gravity[2] > -FALLEN_COSINE
     }
 
-    /// Whether a robot's state still consists of numbers of a sensible size.
+    /// Whether a robot's state still consists of numbers that a robot can have. One that does not would teach more in a
+    /// single step than all others in an iteration, and nothing true.
     pub fn is_sound(&self, lane: usize) -> bool {
         let state = &self.block.state;
         let within = |x: f64, bound: f64| x.abs() < bound;
-        let base = [state.base_linear_velocity, state.base_angular_velocity];
-        state.base_position.get(lane).into_iter().all(|x| within(x, 1e4))
+        let each_within =
+            |v: &spatial::Vec3<f32x16>, bound| v.get(lane).into_iter().all(|x| within(x, bound));
+        each_within(&state.base_position, 1e4)
             && state.base_orientation.get(lane).into_iter().all(f64::is_finite)
-            && base.iter().flat_map(|v| v.get(lane)).all(|x| within(x, 1e3))
+            && each_within(&state.base_linear_velocity, MAX_SPEED_MPS)
+            && each_within(&state.base_angular_velocity, MAX_RATE_RADPS)
             && state.joint_position.iter().all(|q| within(q.get(lane), 1e3))
-            && state.joint_velocity.iter().all(|q| within(q.get(lane), 1e4))
+            && state.joint_velocity.iter().all(|q| within(q.get(lane), MAX_JOINT_RATE_RADPS))
     }
 }
 
@@ -174,10 +181,11 @@ impl Archived for Group {
 
 /// Ways in which a robot's state can stop to be numbers, or numbers of a sensible size.
 #[cfg(test)]
-pub(crate) const SPOILS: [fn(&mut Group, usize); 5] = [
+pub(crate) const SPOILS: [fn(&mut Group, usize); 6] = [
     |group, lane| group.block.state.base_position.set(lane, [f64::NAN, 0.0, 0.0]),
     |group, lane| group.block.state.base_orientation.set(lane, [f64::INFINITY, 0.0, 0.0, 1.0]),
     |group, lane| group.block.state.base_linear_velocity.set(lane, [0.0, 0.0, 1e30]),
     |group, lane| group.block.state.joint_position[5].set(lane, f64::NEG_INFINITY),
     |group, lane| group.block.state.joint_velocity[11].set(lane, f64::NAN),
+    |group, lane| group.block.state.joint_velocity[4].set(lane, 1e3),
 ];
