@@ -66,23 +66,23 @@ impl<L: Lane> Workspace<L> {
 /// A block borrows one for a step: the few that take turns stay in a core's nearest cache, where one for each block would be
 /// fetched from afar.
 #[derive(Debug)]
-pub(crate) struct Pool<L>(Mutex<Vec<Box<Workspace<L>>>>);
+pub(crate) struct Pool<L>(Mutex<Vec<Workspace<L>>>);
 
 impl<L: Lane> Pool<L> {
     pub(crate) fn new() -> Self {
         Self(Mutex::new(Vec::new()))
     }
 
-    pub(crate) fn take(&self, engine: &Engine<L>) -> Box<Workspace<L>> {
-        self.free().pop().unwrap_or_else(|| Box::new(Workspace::new(engine)))
+    pub(crate) fn take(&self, engine: &Engine<L>) -> Workspace<L> {
+        self.free().pop().unwrap_or_else(|| Workspace::new(engine))
     }
 
-    pub(crate) fn give_back(&self, workspace: Box<Workspace<L>>) {
+    pub(crate) fn give_back(&self, workspace: Workspace<L>) {
         self.free().push(workspace);
     }
 
     /// A panic elsewhere leaves nothing half-done in a list of what is free.
-    fn free(&self) -> MutexGuard<'_, Vec<Box<Workspace<L>>>> {
+    fn free(&self) -> MutexGuard<'_, Vec<Workspace<L>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
