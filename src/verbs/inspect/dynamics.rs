@@ -114,7 +114,10 @@ impl Dynamics {
     }
 }
 
-/// Spheres that enter the contact solver, with the forces of one step from here.
+/// Spheres nearer to the ground than this are listed \[m\]; the help says so.
+const LISTED: f64 = 0.02;
+
+/// Spheres near the ground, with the forces of one step from here.
 fn touching(engine: &Engine<f64>, block: &mut Block<f64>) -> Vec<Touching> {
     let centers = block.contact_centers(engine);
     block.step(engine);
@@ -125,7 +128,7 @@ fn touching(engine: &Engine<f64>, block: &mut Block<f64>) -> Vec<Touching> {
         gap: center.z - sphere.radius,
         force: force.to_array(),
     });
-    all.filter(|contact| contact.gap < engine.config.contact_margin).collect()
+    all.filter(|contact| contact.gap < LISTED).collect()
 }
 
 fn degrees_of_freedom(robot: &RobotModel) -> Vec<String> {
