@@ -106,10 +106,9 @@ impl<T: TaskConfig> Run<T> {
     }
 }
 
-/// Settings that may change between the starts of a run: how long it goes on and what is kept of it.
-const MAY_CHANGE: [&str; 1] = ["training"];
-/// Those under them that may not: without them a run does not go on as it was.
-const MAY_NOT: [&str; 2] = ["training.num_envs", "training.seed"];
+/// Of the settings of training, which else say only how long a run goes on and what is kept of it, those without which it
+/// does not go on as it was.
+const FIXED_IN_TRAINING: [&str; 2] = ["training.num_envs", "training.seed"];
 
 /// Refuses to go on with other settings than a run was begun with.
 ///
@@ -117,10 +116,7 @@ const MAY_NOT: [&str; 2] = ["training.num_envs", "training.seed"];
 /// The first key that differs, with both values.
 pub fn same_as_begun(begun: &toml::Table, now: &toml::Table) -> Result<(), String> {
     let (begun, now) = (flattened(begun), flattened(now));
-    let free = |key: &str| {
-        let section = key.split('.').next().unwrap_or(key);
-        MAY_CHANGE.contains(&section) && !MAY_NOT.contains(&key)
-    };
+    let free = |key: &str| key.starts_with("training.") && !FIXED_IN_TRAINING.contains(&key);
     let keys: BTreeSet<&String> = begun.keys().chain(now.keys()).collect();
     for key in keys.into_iter().filter(|key| !free(key)) {
         let text =

@@ -21,9 +21,7 @@ impl<L: Lane> LinkMotion<L> {
     pub(crate) fn zero() -> Self {
         Self { velocity: Spatial::zero(), acceleration: Spatial::zero(), force: Spatial::zero() }
     }
-}
 
-impl<L: Lane> LinkMotion<L> {
     /// Velocity of the link's point `offset` away from its origin, base axes.
     #[inline(always)]
     pub(crate) fn velocity_of(&self, offset: Vec3<L>) -> Vec3<L> {

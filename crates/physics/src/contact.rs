@@ -31,12 +31,9 @@ pub(crate) struct Candidate<L> {
 impl<L: Lane> Candidate<L> {
     #[inline(always)]
     fn select(mask: L::Mask, if_true: &Self, if_false: &Self) -> Self {
-        let vector = |a: Vec3<L>, b: Vec3<L>| {
-            Vec3::new(mask.select(a.x, b.x), mask.select(a.y, b.y), mask.select(a.z, b.z))
-        };
         Self {
             near: Proximity::select(mask, if_true.near, if_false.near),
-            point: vector(if_true.point, if_false.point),
+            point: Vec3::select(mask, if_true.point, if_false.point),
             slot: mask.select(if_true.slot, if_false.slot),
             depth: mask.select(if_true.depth, if_false.depth),
         }
@@ -362,11 +359,7 @@ fn visit<L: Lane>(contact: &mut Contact<L>, chain: &[usize], friction: L, whiten
     let length = trial_x.mul_add(trial_x, trial_y * trial_y).max(L::splat(1e-20)).sqrt();
     let within = (friction * normal / length).min(L::one());
 
-    let new = Vec3::new(
-        sticks.select(sticking.x, trial_x * within),
-        sticks.select(sticking.y, trial_y * within),
-        sticks.select(sticking.z, normal),
-    );
+    let new = Vec3::select(sticks, sticking, Vec3::new(trial_x * within, trial_y * within, normal));
     contact.impulse = new;
     Some(new - old)
 }

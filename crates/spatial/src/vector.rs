@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 
 /// A three-vector (position, velocity, force, …); frame and unit are the caller's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +71,12 @@ impl<L: Lane> Vec3<L> {
     #[inline(always)]
     pub fn norm(self) -> L {
         self.dot(self).sqrt()
+    }
+    /// `if_true` in the lanes where the mask is set, `if_false` in the others.
+    #[inline(always)]
+    pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
+        let (a, b) = (if_true, if_false);
+        Self::new(mask.select(a.x, b.x), mask.select(a.y, b.y), mask.select(a.z, b.z))
     }
     /// The components as an array.
     #[inline(always)]

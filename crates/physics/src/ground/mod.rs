@@ -46,10 +46,9 @@ impl<L: Lane> Proximity<L> {
 
     #[inline(always)]
     pub(crate) fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
-        let (a, b) = (if_true.normal, if_false.normal);
         Self {
             gap: mask.select(if_true.gap, if_false.gap),
-            normal: Vec3::new(mask.select(a.x, b.x), mask.select(a.y, b.y), mask.select(a.z, b.z)),
+            normal: Vec3::select(mask, if_true.normal, if_false.normal),
         }
     }
 

@@ -203,11 +203,7 @@ impl<L: Lane> OverEdge<L> {
         let nearer = self.squared.le(other.squared);
         Self {
             squared: self.squared.min(other.squared),
-            offset: Vec3::new(
-                nearer.select(self.offset.x, other.offset.x),
-                nearer.select(self.offset.y, other.offset.y),
-                nearer.select(self.offset.z, other.offset.z),
-            ),
+            offset: Vec3::select(nearer, self.offset, other.offset),
         }
     }
 }
