@@ -148,22 +148,35 @@ pub(crate) fn unwhiten_velocity<L: Lane>(
     }
 }
 
-/// Replaces the columns of a Jacobian along a chain (one vector a degree of freedom) by those of `J L⁻¹`.
+/// Replaces the columns of a Jacobian (one vector a degree of freedom: the base's, and those of the joints of a limb) by
+/// those of `J L⁻¹`.
 #[inline(always)]
 pub(crate) fn whiten_jacobian<L: Lane>(
     structure: &Structure<L::Scalar>,
     factor: &[L],
     inverse_diagonal: &[L],
-    chain: &[usize],
-    columns: &mut [Vec3<L>],
+    limb: &[usize],
+    base: &mut [Vec3<L>; BASE_DOFS],
+    joints: &mut [Vec3<L>],
 ) {
-    for position in (0..chain.len()).rev() {
-        let dof = chain[position];
-        let row = &factor[structure.row_start(dof)..][..position];
-        let scaled = columns[position].scale(inverse_diagonal[dof]);
-        columns[position] = scaled;
-        for (column, &entry) in columns.iter_mut().zip(row) {
+    for (position, &joint) in limb.iter().enumerate().rev() {
+        let dof = BASE_DOFS + joint;
+        let (of_base, of_joints) = factor[structure.row_start(dof)..].split_at(BASE_DOFS);
+        let scaled = joints[position].scale(inverse_diagonal[dof]);
+        joints[position] = scaled;
+        for k in 0..BASE_DOFS {
+            base[k] = scaled.scale_add(-of_base[k], base[k]);
+        }
+        for (column, &entry) in joints[..position].iter_mut().zip(of_joints) {
             *column = scaled.scale_add(-entry, *column);
+        }
+    }
+    let factor = &factor[..BASE_DOFS * (BASE_DOFS + 1) / 2];
+    for dof in (0..BASE_DOFS).rev() {
+        let row = &factor[dof * (dof + 1) / 2..];
+        base[dof] = base[dof].scale(inverse_diagonal[dof]);
+        for k in 0..dof {
+            base[k] = base[dof].scale_add(-row[k], base[k]);
         }
     }
 }

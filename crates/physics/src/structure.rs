@@ -134,8 +134,8 @@ impl<S: Copy> SphereConstants<S> {
 /// another sphere in every lane.
 #[derive(Clone, Debug)]
 pub(crate) struct Limb {
-    /// The degrees of freedom that move the outermost link, base first.
-    pub(crate) chain: Vec<usize>,
+    /// The joints that move the outermost link, from the base on.
+    pub(crate) joints: Vec<usize>,
     /// Indices of the spheres.
     pub(crate) spheres: Vec<usize>,
 }
@@ -224,18 +224,20 @@ impl<S: Copy> Structure<S> {
 
 /// The limbs of spheres on `links`; those on the base are one of their own.
 fn limbs(links: &[usize], chains: &[Vec<usize>]) -> Vec<Limb> {
-    let chain = |sphere: usize| &chains[dof_of_link(links[sphere])];
+    let joints = |sphere: usize| -> Vec<usize> {
+        chains[dof_of_link(links[sphere])][BASE_DOFS..].iter().map(|dof| dof - BASE_DOFS).collect()
+    };
     let mut outermost_first: Vec<usize> = (0..links.len()).collect();
-    outermost_first.sort_by_key(|&sphere| std::cmp::Reverse(chain(sphere).len()));
+    outermost_first.sort_by_key(|&sphere| std::cmp::Reverse(joints(sphere).len()));
     let mut limbs: Vec<Limb> = Vec::new();
     for sphere in outermost_first {
-        let belongs = |limb: &&mut Limb| match links[sphere] {
-            0 => limb.chain.len() == BASE_DOFS,
-            _ => limb.chain.starts_with(chain(sphere)),
+        let joints = joints(sphere);
+        let belongs = |limb: &&mut Limb| {
+            if joints.is_empty() { limb.joints.is_empty() } else { limb.joints.starts_with(&joints) }
         };
         match limbs.iter_mut().find(belongs) {
             Some(limb) => limb.spheres.push(sphere),
-            None => limbs.push(Limb { chain: chain(sphere).clone(), spheres: vec![sphere] }),
+            None => limbs.push(Limb { joints, spheres: vec![sphere] }),
         }
     }
     limbs
@@ -255,14 +257,17 @@ mod tests {
     fn every_leg_is_a_limb_and_so_is_the_trunk() {
         let robot = robot::anymal_d().with_harness(robot::Harness::default()).unwrap();
         let structure = Structure::new::<f64>(&robot);
-        let chains: Vec<usize> = structure.limbs.iter().map(|limb| limb.chain.len()).collect();
-        assert_eq!(chains, [9, 9, 9, 9, BASE_DOFS]);
+        let joints: Vec<usize> = structure.limbs.iter().map(|limb| limb.joints.len()).collect();
+        assert_eq!(joints, [3, 3, 3, 3, 0]);
         let mut spheres: Vec<usize> = structure.limbs.iter().flat_map(|limb| limb.spheres.clone()).collect();
         spheres.sort_unstable();
         assert_eq!(spheres, (0..robot.contacts.len()).collect::<Vec<_>>());
         for limb in &structure.limbs {
             for &sphere in &limb.spheres {
-                assert!(limb.chain.starts_with(structure.chain_of_link(structure.spheres[sphere].link)));
+                let chain = structure.chain_of_link(structure.spheres[sphere].link);
+                let moved = limb.joints.iter().map(|joint| BASE_DOFS + joint);
+                assert!(moved.zip(&chain[BASE_DOFS..]).all(|(limb, own)| limb == *own));
+                assert!(limb.joints.len() + BASE_DOFS >= chain.len());
             }
         }
     }

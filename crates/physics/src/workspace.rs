@@ -55,7 +55,7 @@ impl<L: Lane> Workspace<L> {
             force: vec![L::zero(); dofs],
             whitened: vec![L::zero(); dofs],
             unconstrained: vec![L::zero(); dofs],
-            contacts: ContactSet::new(structure.spheres.len(), structure.max_chain()),
+            contacts: ContactSet::new(structure),
             limits: LimitSet::new(joints, structure.max_chain()),
         }
     }

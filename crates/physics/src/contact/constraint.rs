@@ -1,0 +1,167 @@
+//! One contact as the solver has it: its axes, its whitened Jacobian, its 3 × 3 block.
+
+use robot::JointKind;
+use spatial::{Lane, Mask, Mat3, Vec3};
+
+use super::Candidate;
+use crate::{
+    engine::Config,
+    kinematics::LinkKinematics,
+    mass_matrix::whiten_jacobian,
+    structure::{BASE_DOFS, Structure},
+};
+
+/// A contact in the solver. Vectors are along its axes: two tangents, and the normal as z.
+#[derive(Clone, Debug)]
+pub(super) struct Contact<L> {
+    pub(super) limb: usize,
+    /// Of the candidate it was made of.
+    pub(super) slot: L,
+    /// Base frame.
+    pub(super) axes: [Vec3<L>; 3],
+    /// Whitened Jacobian, one column a degree of freedom: of the base, and of the limb's joints.
+    pub(super) base_columns: [Vec3<L>; BASE_DOFS],
+    pub(super) joint_columns: Vec<Vec3<L>>,
+    /// Speed the contact may at most approach with, negative: must leave with \[m/s\].
+    pub(super) allowed_approach: L,
+    /// Inverse of the 3 × 3 block, `[xx, yy, zz, xy, xz, yz]`.
+    pub(super) inverse_block: [L; 6],
+    /// What a unit of normal impulse adds to the slip.
+    pub(super) slip_of_normal: [L; 2],
+    pub(super) inverse_normal: L,
+    /// Step along the slip that cannot overshoot: the inverse of the trace of the tangential block.
+    pub(super) tangential_step: L,
+    /// \[N s\]
+    pub(super) impulse: Vec3<L>,
+}
+
+/// What is needed to turn a nearby piece of ground into a contact.
+pub(crate) struct ContactFrame<'a, L: Lane> {
+    pub(crate) structure: &'a Structure<L::Scalar>,
+    pub(crate) config: &'a Config,
+    pub(crate) factor: &'a [L],
+    pub(crate) inverse_diagonal: &'a [L],
+    pub(crate) links: &'a [LinkKinematics<L>],
+    pub(crate) r_wb: Mat3<L>,
+}
+
+impl<L: Lane> Contact<L> {
+    /// Room for a contact of a limb of at most `joints` joints.
+    pub(super) fn new(joints: usize) -> Self {
+        Self {
+            limb: 0,
+            slot: L::zero(),
+            axes: [Vec3::zero(); 3],
+            base_columns: [Vec3::zero(); BASE_DOFS],
+            joint_columns: vec![Vec3::zero(); joints],
+            allowed_approach: L::zero(),
+            inverse_block: [L::zero(); 6],
+            slip_of_normal: [L::zero(); 2],
+            inverse_normal: L::zero(),
+            tangential_step: L::zero(),
+            impulse: Vec3::zero(),
+        }
+    }
+
+    /// Becomes the contact of a candidate, without impulse.
+    #[inline(always)]
+    pub(super) fn become_that_of(
+        &mut self,
+        frame: &ContactFrame<L>,
+        limb: usize,
+        candidate: &Candidate<L>,
+    ) {
+        self.limb = limb;
+        self.slot = candidate.slot;
+        self.axes = axes(frame.r_wb.transpose_mul(candidate.near.normal));
+        self.allowed_approach = allowed_approach(frame.config, candidate.near.gap);
+        let joints = &frame.structure.limbs[limb].joints;
+        self.fill_columns(frame, joints, candidate);
+        whiten_jacobian(
+            frame.structure,
+            frame.factor,
+            frame.inverse_diagonal,
+            joints,
+            &mut self.base_columns,
+            &mut self.joint_columns[..joints.len()],
+        );
+        self.prepare_block(joints.len());
+    }
+
+    /// Velocity of the candidate's point along the contact's axes, per unit velocity of each degree of freedom.
+    #[inline(always)]
+    fn fill_columns(&mut self, frame: &ContactFrame<L>, joints: &[usize], candidate: &Candidate<L>) {
+        let point = candidate.point;
+        // Along an axis a, turning about e_k moves the point by (e_k × p) · a = e_k · (p × a).
+        let [x, y, z] = self.axes.map(|axis| point.cross(axis).to_array());
+        let [ax, ay, az] = self.axes.map(Vec3::to_array);
+        for k in 0..3 {
+            self.base_columns[k] = Vec3::new(x[k], y[k], z[k]);
+            self.base_columns[3 + k] = Vec3::new(ax[k], ay[k], az[k]);
+        }
+        for (place, (column, &joint)) in self.joint_columns.iter_mut().zip(joints).enumerate() {
+            let link = &frame.links[joint + 1];
+            let place = L::splat((BASE_DOFS + place) as f64);
+            let moves = place.lt(candidate.depth).select(L::one(), L::zero());
+            let motion = match frame.structure.joints[joint].kind {
+                JointKind::Revolute => link.axis.cross(point - link.p_bl),
+                JointKind::Prismatic => link.axis,
+            }
+            .scale(moves);
+            let [x, y, z] = self.axes.map(|axis| axis.dot(motion));
+            *column = Vec3::new(x, y, z);
+        }
+    }
+
+    #[inline(always)]
+    fn prepare_block(&mut self, joints: usize) {
+        let mut w = [L::zero(); 6];
+        for c in self.base_columns.iter().chain(&self.joint_columns[..joints]) {
+            w[0] = c.x.mul_add(c.x, w[0]);
+            w[1] = c.y.mul_add(c.y, w[1]);
+            w[2] = c.z.mul_add(c.z, w[2]);
+            w[3] = c.x.mul_add(c.y, w[3]);
+            w[4] = c.x.mul_add(c.z, w[4]);
+            w[5] = c.y.mul_add(c.z, w[5]);
+        }
+        self.slip_of_normal = [w[4], w[5]];
+        self.inverse_normal = L::one() / w[2];
+        self.tangential_step = L::one() / (w[0] + w[1]);
+        self.inverse_block = symmetric_inverse(&w);
+    }
+}
+
+/// A gap may close within the step; an overlap must open by a capped share.
+#[inline(always)]
+fn allowed_approach<L: Lane>(config: &Config, gap: L) -> L {
+    let per_step = L::splat(1.0 / config.time_step);
+    let correction = (gap * L::splat(config.error_reduction / config.time_step))
+        .max(L::splat(-config.max_depenetration_speed));
+    gap.gt(L::zero()).select(gap * per_step, correction)
+}
+
+/// Two tangents and the unit normal, right-handed (Duff et al. 2017, *Building an orthonormal basis, revisited*).
+#[inline(always)]
+fn axes<L: Lane>(n: Vec3<L>) -> [Vec3<L>; 3] {
+    let sign = n.z.ge(L::zero()).select(L::one(), -L::one());
+    let a = -(L::one() / (sign + n.z));
+    let b = n.x * n.y * a;
+    let x = Vec3::new((sign * n.x * n.x).mul_add(a, L::one()), sign * b, -(sign * n.x));
+    let y = Vec3::new(b, (n.y * n.y).mul_add(a, sign), -n.y);
+    [x, y, n]
+}
+
+#[inline(always)]
+fn symmetric_inverse<L: Lane>(w: &[L; 6]) -> [L; 6] {
+    let [xx, yy, zz, xy, xz, yz] = *w;
+    let (cxx, cxy, cxz) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
+    let inverse = L::one() / (xx * cxx + xy * cxy + xz * cxz);
+    [
+        cxx * inverse,
+        (xx * zz - xz * xz) * inverse,
+        (xx * yy - xy * xy) * inverse,
+        cxy * inverse,
+        cxz * inverse,
+        (xy * xz - xx * yz) * inverse,
+    ]
+}

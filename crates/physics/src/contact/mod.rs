@@ -1,0 +1,191 @@
+//! Hard contacts with friction: block projected Gauss–Seidel in whitened coordinates.
+//!
+//! Each contact is a 3-vector impulse λ (two tangents and the normal) inside the cone |λ_t| ≤ µ λ_n. One visit solves the contact's 3 × 3
+//! block for rest, and where that leaves the cone lets it slide: tangential part onto the disk, normal part solved anew.
+//! The number of sweeps is fixed, so a lane never waits for another. Zero restitution; penetration is corrected by a
+//! capped share each step, and a gap not yet closed only limits the approach (speculative contact).
+
+mod constraint;
+mod visit;
+
+use constraint::Contact;
+pub(crate) use constraint::ContactFrame;
+use spatial::{Lane, Mask, Mat3, Vec3};
+
+use crate::{
+    ground::{self, Proximity},
+    structure::{BASE_DOFS, Structure},
+};
+
+/// A piece of ground that spheres of a limb, in each lane another one, may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate<L> {
+    /// World frame; far where it does not enter the solver.
+    pub(crate) near: Proximity<L>,
+    /// Where the ground touches, base frame \[m\].
+    pub(crate) point: Vec3<L>,
+    /// Place among all possible contacts: the first faces of all spheres, then the second, then the third.
+    pub(crate) slot: L,
+    /// Degrees of freedom that move the sphere: the first of the limb's chain.
+    pub(crate) depth: L,
+}
+
+impl<L: Lane> Candidate<L> {
+    #[inline(always)]
+    fn select(mask: L::Mask, if_true: &Self, if_false: &Self) -> Self {
+        Self {
+            near: Proximity::select(mask, if_true.near, if_false.near),
+            point: Vec3::select(mask, if_true.point, if_false.point),
+            slot: mask.select(if_true.slot, if_false.slot),
+            depth: mask.select(if_true.depth, if_false.depth),
+        }
+    }
+}
+
+/// All contacts of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct ContactSet<L> {
+    contacts: Vec<Contact<L>>,
+    active: usize,
+    /// Slots of the candidates.
+    slots: Vec<usize>,
+    /// Candidates of the limb at hand, in each lane the nearest first.
+    sorted: Vec<Candidate<L>>,
+}
+
+impl<L: Lane> ContactSet<L> {
+    pub(crate) fn new(structure: &Structure<L::Scalar>) -> Self {
+        let slots = ground::FACES * structure.spheres.len();
+        let joints = structure.max_chain() - BASE_DOFS;
+        Self {
+            contacts: vec![Contact::new(joints); slots],
+            active: 0,
+            slots: Vec::with_capacity(slots),
+            sorted: Vec::with_capacity(slots),
+        }
+    }
+
+    /// Starts a new step.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.active = 0;
+        self.slots.clear();
+        self.sorted.clear();
+    }
+
+    /// Takes a piece of ground in among the limb's: behind those that are nearer, in each lane by itself. The limb gets
+    /// as many contacts as one of the lanes has, not as all of them together. `slot` is the candidate's, the same in all lanes.
+    #[inline(always)]
+    pub(crate) fn consider(&mut self, slot: usize, candidate: Candidate<L>) {
+        let near = |candidate: &Candidate<L>| candidate.near.gap.lt(ground::far()).any();
+        if !near(&candidate) {
+            return;
+        }
+        self.slots.push(slot);
+        let mut candidate = candidate;
+        for kept in &mut self.sorted {
+            let nearer = candidate.near.gap.lt(kept.near.gap);
+            let behind = Candidate::select(nearer, kept, &candidate);
+            *kept = Candidate::select(nearer, &candidate, kept);
+            candidate = behind;
+        }
+        if near(&candidate) {
+            self.sorted.push(candidate);
+        }
+    }
+
+    /// Makes contacts of the limb's candidates, which begin with the impulses of the last step (world frame \[N s\], one a slot).
+    #[inline(always)]
+    pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize, last_impulse: &[Vec3<L>]) {
+        for candidate in &self.sorted {
+            let contact = &mut self.contacts[self.active];
+            self.active += 1;
+            contact.become_that_of(frame, limb, candidate);
+            let mut kept = Vec3::zero();
+            for lane in 0..L::WIDTH {
+                kept.set(lane, last_impulse[candidate.slot.index(lane)].get(lane));
+            }
+            // A lane where it is far must not notice that another brought the contact in.
+            let within = candidate.near.gap.lt(ground::far());
+            let kept = frame.r_wb.transpose_mul(kept).scale(within.select(L::one(), L::zero()));
+            // The normal may have turned since: never a pull.
+            let [x, y, z] = contact.axes.map(|axis| axis.dot(kept));
+            contact.impulse = Vec3::new(x, y, z.max(L::zero()));
+        }
+        self.sorted.clear();
+    }
+
+    /// Applies the warm-start impulses to the whitened velocity.
+    #[inline(always)]
+    pub(crate) fn warm_start(&self, structure: &Structure<L::Scalar>, whitened: &mut [L]) {
+        let (base, joints) = split(whitened);
+        for contact in &self.contacts[..self.active] {
+            contact.apply(&structure.limbs[contact.limb].joints, contact.impulse, base, joints);
+        }
+    }
+
+    /// One Gauss–Seidel sweep.
+    #[inline(always)]
+    pub(crate) fn sweep(&mut self, structure: &Structure<L::Scalar>, friction: L, whitened: &mut [L]) {
+        let (base, joints) = split(whitened);
+        // Every contact moves the base: it stays in registers.
+        let mut base_now = *base;
+        for contact in &mut self.contacts[..self.active] {
+            contact.visit(&structure.limbs[contact.limb].joints, friction, &mut base_now, joints);
+        }
+        *base = base_now;
+    }
+
+    /// Work that getting out of overlaps takes at most \[J\].
+    #[inline(always)]
+    pub(crate) fn work_of_pushing_out(&self) -> L {
+        let work = |contact: &Contact<L>| contact.impulse.z * contact.allowed_approach.min(L::zero());
+        self.contacts[..self.active].iter().fold(L::zero(), |sum, contact| sum - work(contact))
+    }
+
+    /// Multiplies all impulses.
+    #[inline(always)]
+    pub(crate) fn scale(&mut self, share: L) {
+        for contact in &mut self.contacts[..self.active] {
+            contact.impulse = contact.impulse.scale(share);
+        }
+    }
+
+    /// Writes the impulses, for the next step, and forces per sphere (world frame, \[N s\] and \[N\]); `touched` are the slots
+    /// that differ from zero.
+    #[inline(always)]
+    pub(crate) fn finish(
+        &self,
+        r_wb: Mat3<L>,
+        time_step: f64,
+        impulses: &mut [Vec3<L>],
+        touched: &mut Vec<usize>,
+        force: &mut [Vec3<L>],
+    ) {
+        let spheres = force.len();
+        for slot in touched.drain(..) {
+            impulses[slot] = Vec3::zero();
+            force[slot % spheres] = Vec3::zero();
+        }
+        for contact in &self.contacts[..self.active] {
+            let [x, y, normal] = contact.axes;
+            let Vec3 { x: a, y: b, z: c } = contact.impulse;
+            let impulse = r_wb * x.scale_add(a, y.scale_add(b, normal.scale(c)));
+            for lane in 0..L::WIDTH {
+                impulses[contact.slot.index(lane)].set(lane, impulse.get(lane));
+            }
+        }
+        let per_time = L::splat(1.0 / time_step);
+        touched.extend_from_slice(&self.slots);
+        for &slot in &*touched {
+            let sphere = slot % spheres;
+            force[sphere] = impulses[slot].scale_add(per_time, force[sphere]);
+        }
+    }
+}
+
+/// A velocity of all degrees of freedom: the base's and the joints'.
+#[inline(always)]
+fn split<L>(velocity: &mut [L]) -> (&mut [L; BASE_DOFS], &mut [L]) {
+    velocity.split_first_chunk_mut().expect("a base has six degrees of freedom")
+}
