@@ -143,6 +143,7 @@ impl Lane for Counted {
     const WIDTH: usize = 1;
     type Mask = Truth;
     type Scalar = f64;
+    type Indices = [u32; 1];
 
     fn scalar(x: f64) -> f64 {
         x
@@ -153,8 +154,11 @@ impl Lane for Counted {
     fn floor(self) -> Self {
         Self::logic(self.0.floor())
     }
-    fn index(&self, _lane: usize) -> usize {
-        self.0 as usize
+    fn indices(self, count: usize) -> [u32; 1] {
+        self.0.indices(count)
+    }
+    fn gather(table: &[[f32; 16]], rows: &[u32; 1]) -> [Self; 16] {
+        f64::gather(table, rows).map(Self)
     }
     fn splat(x: f64) -> Self {
         Self(x)

@@ -5,6 +5,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use wide::f32x8;
 pub use wide::f32x16;
 
 /// One truth value a lane.
@@ -42,6 +43,8 @@ pub trait Lane:
     type Mask: Mask<Self>;
     /// One number at the lane's precision: how constants are stored.
     type Scalar: Copy + Send + Sync + std::fmt::Debug + PartialEq;
+    /// An index a lane.
+    type Indices: AsRef<[u32]>;
 
     /// A constant at the lane's precision.
     fn scalar(x: f64) -> Self::Scalar;
@@ -49,8 +52,11 @@ pub trait Lane:
     fn broadcast(x: Self::Scalar) -> Self;
     /// Largest whole number not above the value.
     fn floor(self) -> Self;
-    /// One lane as an array index: negative and NaN become 0, fractions are cut off.
-    fn index(&self, lane: usize) -> usize;
+    /// Every lane as an index into `count` things: cut off to whole numbers and moved to the nearest of 0 to `count` − 1, NaN
+    /// to one of them. `count` is at most 2²⁴, from which on not every whole number has a place in single precision.
+    fn indices(self, count: usize) -> Self::Indices;
+    /// From every lane's row of a table, lane by lane: the k-th result has the k-th numbers.
+    fn gather(table: &[[f32; 16]], rows: &Self::Indices) -> [Self; 16];
 
     /// The same number in every lane, rounded to the lane's precision.
     fn splat(x: f64) -> Self;
@@ -130,6 +136,7 @@ impl Lane for f64 {
     const WIDTH: usize = 1;
     type Mask = bool;
     type Scalar = f64;
+    type Indices = [u32; 1];
 
     #[inline(always)]
     fn scalar(x: f64) -> f64 {
@@ -144,8 +151,13 @@ impl Lane for f64 {
         f64::floor(self)
     }
     #[inline(always)]
-    fn index(&self, _lane: usize) -> usize {
-        *self as usize
+    fn indices(self, count: usize) -> [u32; 1] {
+        // A float becomes the nearest number of the type.
+        [(self as u32).min(count as u32 - 1)]
+    }
+    #[inline(always)]
+    fn gather(table: &[[f32; 16]], &[row]: &[u32; 1]) -> [Self; 16] {
+        table[row as usize].map(f64::from)
     }
 
     #[inline(always)]
@@ -229,6 +241,7 @@ impl Lane for f32x16 {
     const WIDTH: usize = 16;
     type Mask = f32x16;
     type Scalar = f32;
+    type Indices = [u32; 16];
 
     #[inline(always)]
     fn scalar(x: f64) -> f32 {
@@ -243,8 +256,24 @@ impl Lane for f32x16 {
         f32x16::floor(self)
     }
     #[inline(always)]
-    fn index(&self, lane: usize) -> usize {
-        self.as_array()[lane] as usize
+    fn indices(self, count: usize) -> [u32; 16] {
+        let last = count as u32 - 1;
+        self.fast_max(Self::ZERO).fast_trunc_int().to_array().map(|index| (index as u32).min(last))
+    }
+    #[inline(always)]
+    fn gather(table: &[[f32; 16]], rows: &[u32; 16]) -> [Self; 16] {
+        let eight = |first: usize, start: usize| {
+            let part = |lane: usize| {
+                let row = &table[rows[first + lane] as usize];
+                f32x8::new(*row[start..].first_chunk().expect("half a row"))
+            };
+            f32x8::transpose(std::array::from_fn(part))
+        };
+        let [low, high] = [0, 8].map(|start| [eight(0, start), eight(8, start)]);
+        std::array::from_fn(|k| {
+            let [first, second] = if k < 8 { low } else { high }.map(|half| half[k % 8].to_array());
+            f32x16::new(std::array::from_fn(|lane| if lane < 8 { first[lane] } else { second[lane - 8] }))
+        })
     }
 
     #[inline(always)]

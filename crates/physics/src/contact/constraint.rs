@@ -65,12 +65,7 @@ impl<L: Lane> Contact<L> {
 
     /// Becomes the contact of a candidate, without impulse.
     #[inline(always)]
-    pub(super) fn become_that_of(
-        &mut self,
-        frame: &ContactFrame<L>,
-        limb: usize,
-        candidate: &Candidate<L>,
-    ) {
+    pub(super) fn become_that_of(&mut self, frame: &ContactFrame<L>, limb: usize, candidate: &Candidate<L>) {
         self.limb = limb;
         self.slot = candidate.slot;
         self.axes = axes(frame.r_wb.transpose_mul(candidate.near.normal));

@@ -102,8 +102,8 @@ impl<L: Lane> ContactSet<L> {
             self.active += 1;
             contact.become_that_of(frame, limb, candidate);
             let mut kept = Vec3::zero();
-            for lane in 0..L::WIDTH {
-                kept.set(lane, last_impulse[candidate.slot.index(lane)].get(lane));
+            for (lane, &slot) in candidate.slot.indices(last_impulse.len()).as_ref().iter().enumerate() {
+                kept.set(lane, last_impulse[slot as usize].get(lane));
             }
             // A lane where it is far must not notice that another brought the contact in.
             let within = candidate.near.gap.lt(ground::far());
@@ -171,8 +171,8 @@ impl<L: Lane> ContactSet<L> {
             let [x, y, normal] = contact.axes;
             let Vec3 { x: a, y: b, z: c } = contact.impulse;
             let impulse = r_wb * x.scale_add(a, y.scale_add(b, normal.scale(c)));
-            for lane in 0..L::WIDTH {
-                impulses[contact.slot.index(lane)].set(lane, impulse.get(lane));
+            for (lane, &slot) in contact.slot.indices(impulses.len()).as_ref().iter().enumerate() {
+                impulses[slot as usize].set(lane, impulse.get(lane));
             }
         }
         let per_time = L::splat(1.0 / time_step);

@@ -1,6 +1,8 @@
 //! The height field as contacts are looked for in it: with a rim, and with what tells at once that there is nothing near.
 
-use spatial::Lane;
+use std::ops::BitOr;
+
+use spatial::{Lane, Mask};
 use terrain::{Cell, HeightField};
 
 use super::wall::MIN_HEIGHT;
@@ -12,19 +14,26 @@ pub(crate) struct Map {
     origin: [f64; 2],
     pub(super) cell_size: f64,
     /// Cells along x and y, with the rim.
-    pub(super) columns: usize,
+    columns: usize,
     rows: usize,
-    pub(super) cells: Vec<Cell>,
+    /// For the lower corner of each cell the heights of the four cells that meet there: those of the cells below along both axes,
+    /// above along x, above along y, and the cell itself, each in the order of a [`Cell`]. So all that a sphere near a corner can
+    /// touch is in one cache line.
+    pub(super) around_corner: Vec<[f32; 16]>,
     /// Highest corner of each cell and those around it \[m\]: by itself, as it is all that most spheres ask for.
     tops: Vec<f32>,
     /// What else there is in them.
-    surroundings: Vec<[f32; 4]>,
+    kinds: Vec<f32>,
 }
+
+/// What three by three cells hold, as bits.
+const SLOPES: u8 = 1;
+const WALLS: u8 = 2;
 
 /// Where points are on the map.
 pub(super) struct Spot<L> {
-    /// Index of the cell.
-    pub(super) cell: L,
+    /// Index of the cell, a whole number.
+    cell: L,
     /// Position within the cell, 0 to 1.
     pub(super) u: L,
     pub(super) v: L,
@@ -55,16 +64,22 @@ impl Map {
             [a, b, c, d]
         };
         let cells: Vec<Cell> = (0..columns * rows).map(cell).collect();
-        let own: Vec<_> = (0..cells.len()).map(|i| inventory(&cells, columns, i)).collect();
-        let surroundings = widened(&widened(&own, columns, 1), rows, columns);
+        let (tops, kinds): (Vec<_>, Vec<_>) = (0..cells.len()).map(|i| inventory(&cells, columns, i)).unzip();
+        let kinds = widened(&widened(&kinds, columns, 1, BitOr::bitor), rows, columns, BitOr::bitor);
+        // A corner of the rim has no cells below: those at the other end stand in, and no sphere asks for them.
+        let around = |i: usize| {
+            let below = |stride: usize| cells[(i + cells.len() - stride) % cells.len()];
+            let four = [below(columns + 1), below(columns), below(1), cells[i]];
+            std::array::from_fn(|k| four[k / 4][k % 4])
+        };
         Self {
             origin: field.origin.map(f64::from),
             cell_size: f64::from(field.cell_size),
             columns,
             rows,
-            tops: surroundings.iter().map(|found| found[0]).collect(),
-            surroundings,
-            cells,
+            around_corner: (0..cells.len()).map(around).collect(),
+            tops: widened(&widened(&tops, columns, 1, f32::max), rows, columns, f32::max),
+            kinds: kinds.into_iter().map(f32::from).collect(),
         }
     }
 
@@ -86,40 +101,44 @@ impl Map {
     /// Highest ground \[m\] of the cell at a spot and those around it.
     #[inline(always)]
     pub(super) fn top<L: Lane>(&self, spot: &Spot<L>) -> L {
-        let mut top = L::zero();
-        for lane in 0..L::WIDTH {
-            top.set(lane, f64::from(self.tops[spot.cell.index(lane)]));
-        }
-        top
+        self.lookup(&self.tops, spot)
     }
 
     /// What else there is in them.
     #[inline(always)]
     pub(super) fn surroundings<L: Lane>(&self, spot: &Spot<L>) -> Surroundings<L> {
-        let [mut depth, mut walls, mut slopes] = [L::zero(); 3];
-        for lane in 0..L::WIDTH {
-            let found = self.surroundings[spot.cell.index(lane)];
-            depth.set(lane, f64::from(found[1]));
-            walls.set(lane, f64::from(found[2]));
-            slopes.set(lane, f64::from(found[3]));
-        }
-        Surroundings { bottom: -depth, walls: walls.gt(L::zero()), slopes: slopes.gt(L::zero()) }
+        let kind = self.lookup(&self.kinds, spot);
+        let above_slopes = L::splat(f64::from(WALLS));
+        let walls = kind.ge(above_slopes);
+        Surroundings { walls, slopes: walls.select(kind - above_slopes, kind).gt(L::zero()) }
+    }
+
+    #[inline(always)]
+    fn lookup<L: Lane>(&self, table: &[f32], spot: &Spot<L>) -> L {
+        let cells = spot.cell.indices(table.len());
+        L::from_fn(|lane| f64::from(table[cells.as_ref()[lane] as usize]))
+    }
+
+    /// Heights of the four cells around the corner nearest to a spot, `upper` along x and y of its cell.
+    #[inline(always)]
+    pub(super) fn around_corner<L: Lane>(&self, spot: &Spot<L>, [upper_x, upper_y]: [L::Mask; 2]) -> [L; 16] {
+        let step = |upper: L::Mask, stride: usize| upper.select(L::splat(stride as f64), L::zero());
+        let corner = spot.cell + step(upper_x, 1) + step(upper_y, self.columns);
+        L::gather(&self.around_corner, &corner.indices(self.around_corner.len()))
     }
 }
 
 /// What three by three cells hold.
 pub(super) struct Surroundings<L: Lane> {
-    /// Lowest corner \[m\].
-    pub(super) bottom: L,
     /// There are vertical faces.
     pub(super) walls: L::Mask,
     /// There is something that is not level.
     pub(super) slopes: L::Mask,
 }
 
-/// Of one cell: highest corner, lowest one with its sign turned, whether a wall stands on its borders, whether it slopes or
-/// has a border too low for a wall. Of several cells it is the greatest of each.
-fn inventory(cells: &[Cell], columns: usize, i: usize) -> [f32; 4] {
+/// Of one cell the highest corner; and whether a wall stands on its borders, whether it slopes or has a border too low for a
+/// wall.
+fn inventory(cells: &[Cell], columns: usize, i: usize) -> (f32, u8) {
     let [a, b, c, d] = cells[i];
     let (top, bottom) = (a.max(b).max(c.max(d)), a.min(b).min(c.min(d)));
     let (column, row) = (i % columns, i / columns);
@@ -139,20 +158,20 @@ fn inventory(cells: &[Cell], columns: usize, i: usize) -> [f32; 4] {
     let is_wall = |step: &&f32| f64::from(**step) > MIN_HEIGHT;
     let wall = steps.iter().any(|step| is_wall(&step));
     let uneven = top > bottom || steps.iter().any(|step| *step > 0.0 && !is_wall(&step));
-    [top, -bottom, f32::from(u8::from(wall)), f32::from(u8::from(uneven))]
+    (top, if wall { WALLS } else { 0 } | if uneven { SLOPES } else { 0 })
 }
 
-/// The greatest of each cell's numbers and those of the two that are `stride` before and after it, along an axis of `count`
-/// cells; at its ends, which are the rim's, of the cell alone.
-fn widened(numbers: &[[f32; 4]], count: usize, stride: usize) -> Vec<[f32; 4]> {
-    let widen = |(i, own): (usize, &[f32; 4])| {
+/// Each cell's value `joined` with those of the two that are `stride` before and after it, along an axis of `count` cells; at its
+/// ends, which are the rim's, the cell's alone.
+fn widened<T: Copy>(values: &[T], count: usize, stride: usize, joined: impl Fn(T, T) -> T) -> Vec<T> {
+    let widen = |(i, &own): (usize, &T)| {
         let place = i / stride % count;
         if place == 0 || place + 1 == count {
-            return *own;
+            return own;
         }
-        std::array::from_fn(|k| own[k].max(numbers[i - stride][k]).max(numbers[i + stride][k]))
+        joined(own, joined(values[i - stride], values[i + stride]))
     };
-    numbers.iter().enumerate().map(widen).collect()
+    values.iter().enumerate().map(widen).collect()
 }
 
 #[cfg(test)]
@@ -168,14 +187,11 @@ mod tests {
             for column in 0..7_i64 {
                 let beside = [-1, 0, 1];
                 let around = beside.map(|dy| beside.map(|dx| field.cell(column + dx, row + dy)[0]));
-                let (top, bottom) = around
-                    .iter()
-                    .flatten()
-                    .fold((f32::MIN, f32::MAX), |(top, bottom), &h| (top.max(h), bottom.min(h)));
+                let top = around.into_iter().flatten().fold(f32::MIN, f32::max);
                 let [x, y] = [column, row].map(|i| (i as f64 + 0.5) * 0.1);
                 let spot = map.spot(x, y);
                 let found = map.surroundings(&spot);
-                assert_eq!([map.top(&spot), found.bottom], [top, bottom].map(f64::from));
+                assert_eq!(map.top(&spot), f64::from(top));
                 assert!(found.walls && !found.slopes);
             }
         }
@@ -187,7 +203,7 @@ mod tests {
         for x in [-1e30, f64::NEG_INFINITY, 1e30, f64::INFINITY, f64::NAN] {
             let spot = map.spot(x, 0.0);
             let found = map.surroundings(&spot);
-            assert_eq!([map.top(&spot), found.bottom], [f64::from(0.3_f32); 2]);
+            assert_eq!(map.top(&spot), f64::from(0.3_f32));
             assert!(!found.walls && !found.slopes);
         }
     }

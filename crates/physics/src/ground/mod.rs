@@ -83,8 +83,8 @@ pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> Option<[P
     if !least.lt(L::splat(REACH)).any() {
         return None;
     }
-    let Surroundings { bottom, walls: has_walls, slopes } = map.surroundings(&spot);
-    if !top.gt(bottom).any() {
+    let Surroundings { walls: has_walls, slopes } = map.surroundings(&spot);
+    if !has_walls.or(slopes).any() {
         return Some([Proximity { gap: least, ..none }, none, none]);
     }
     let patch = Patch::around(map, &spot);

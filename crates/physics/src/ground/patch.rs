@@ -1,7 +1,8 @@
 //! The four cells around the corner nearest to a point.
 
+use std::array;
+
 use spatial::{Lane, Mask};
-use terrain::Cell;
 
 use super::map::{Map, Spot};
 
@@ -49,22 +50,15 @@ impl<L: Lane> Patch<L> {
         let (upper_x, upper_y) = (spot.u.ge(half), spot.v.ge(half));
         let sign = |upper: L::Mask| upper.select(-L::one(), L::one());
         let (sign_x, sign_y) = (sign(upper_x), sign(upper_y));
-        // The number of the own cell's corner: 1 along x, 2 along y.
-        let corner = upper_x.select(L::one(), L::zero()) + upper_y.select(L::splat(2.0), L::zero());
-        let nothing = Corners { at: L::zero(), x: L::zero(), y: L::zero(), opposite: L::zero() };
-        let [mut own, mut beside_x, mut beside_y, mut across] = [nothing; 4];
-        // A position that is no number has the index of the rim's first cell, which has no neighbors.
-        let (first, last) = (map.columns + 1, map.cells.len() - map.columns - 2);
-        for lane in 0..L::WIDTH {
-            let (cell, corner) = (spot.cell.index(lane).clamp(first, last), corner.index(lane));
-            let column = if corner & 1 == 1 { cell + 1 } else { cell - 1 };
-            let rows = if corner & 2 == 2 { map.columns as isize } else { -(map.columns as isize) };
-            let row = |cell: usize| cell.wrapping_add_signed(rows);
-            own.read(lane, &map.cells[cell], corner);
-            beside_x.read(lane, &map.cells[column], corner ^ 1);
-            beside_y.read(lane, &map.cells[row(cell)], corner ^ 2);
-            across.read(lane, &map.cells[row(column)], corner ^ 3);
-        }
+        // To turn an axis around is to swap what is numbered 0 and 1 along it: cells as well as their corners.
+        let heights = map.around_corner(spot, [upper_x, upper_y]);
+        let heights: [L; 16] = array::from_fn(|k| upper_x.select(heights[k ^ 0b01_01], heights[k]));
+        let heights: [L; 16] = array::from_fn(|k| upper_y.select(heights[k ^ 0b10_10], heights[k]));
+        let [across, beside_y, beside_x, own] = array::from_fn(|cell| {
+            let from_corner = |turned: usize| heights[4 * cell + (3 ^ cell ^ turned)];
+            let [at, x, y, opposite] = array::from_fn(from_corner);
+            Corners { at, x, y, opposite }
+        });
         let base = own.at;
         let level = |corners: Corners<L>| Corners {
             at: corners.at - base,
@@ -85,17 +79,6 @@ impl<L: Lane> Patch<L> {
             across: level(across),
             size,
         }
-    }
-}
-
-impl<L: Lane> Corners<L> {
-    /// Takes the heights of a cell as seen from its corner of number `corner`.
-    #[inline(always)]
-    fn read(&mut self, lane: usize, cell: &Cell, corner: usize) {
-        self.at.set(lane, f64::from(cell[corner & 3]));
-        self.x.set(lane, f64::from(cell[(corner ^ 1) & 3]));
-        self.y.set(lane, f64::from(cell[(corner ^ 2) & 3]));
-        self.opposite.set(lane, f64::from(cell[(corner ^ 3) & 3]));
     }
 }
 
