@@ -262,18 +262,22 @@ impl Lane for f32x16 {
     }
     #[inline(always)]
     fn gather(table: &[[f32; 16]], rows: &[u32; 16]) -> [Self; 16] {
-        let eight = |first: usize, start: usize| {
-            let part = |lane: usize| {
-                let row = &table[rows[first + lane] as usize];
-                f32x8::new(*row[start..].first_chunk().expect("half a row"))
-            };
-            f32x8::transpose(std::array::from_fn(part))
-        };
-        let [low, high] = [0, 8].map(|start| [eight(0, start), eight(8, start)]);
-        std::array::from_fn(|k| {
-            let [first, second] = if k < 8 { low } else { high }.map(|half| half[k % 8].to_array());
-            f32x16::new(std::array::from_fn(|lane| if lane < 8 { first[lane] } else { second[lane - 8] }))
-        })
+        // Four transposed squares of eight by eight. Loops, as closures would not be inlined.
+        let mut gathered = [Self::ZERO; 16];
+        for start in [0, 8] {
+            let mut squares = [[f32x8::ZERO; 8]; 2];
+            for (lane, &row) in rows.iter().enumerate() {
+                let half = table[row as usize][start..].first_chunk().expect("half a row");
+                squares[lane / 8][lane % 8] = f32x8::new(*half);
+            }
+            let [first, second] = squares.map(f32x8::transpose);
+            for k in 0..8 {
+                let both = gathered[start + k].as_mut_array();
+                both[..8].copy_from_slice(first[k].as_array());
+                both[8..].copy_from_slice(second[k].as_array());
+            }
+        }
+        gathered
     }
 
     #[inline(always)]
