@@ -11,7 +11,7 @@ use crate::{
     block::{Block, Input, Parameters, State},
     contact::{Candidate, ContactFrame},
     engine::Engine,
-    ground,
+    ground::{self, Ceiling},
     kinematics::forward_kinematics,
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force, whiten_velocity},
     structure::{BASE_DOFS, Limb},
@@ -120,13 +120,18 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w
     };
     let dt = L::splat(engine.config.time_step);
     let margin = L::splat(engine.config.contact_margin);
+    let ceiling = Ceiling::over(engine.map(), state.base_position);
+    let up = Vec3::new(r_wb.columns[0].z, r_wb.columns[1].z, r_wb.columns[2].z);
     w.contacts.clear();
     for (limb, Limb { spheres, .. }) in structure.limbs.iter().enumerate() {
         for &i in spheres {
             let sphere = &structure.spheres[i];
             let center_b = sphere.center_in_base(parameters, &w.links);
-            let center_w = r_wb * center_b + state.base_position;
             let radius = L::broadcast(sphere.radius);
+            if !ceiling.is_reached(up.dot(center_b), radius, center_b) {
+                continue;
+            }
+            let center_w = r_wb * center_b + state.base_position;
             let Some(faces) = ground::faces(engine.map(), center_w, radius) else { continue };
             let offset = center_b - w.links[sphere.link].p_bl;
             let velocity_w = r_wb * w.motion[sphere.link].velocity_of(offset);

@@ -121,7 +121,9 @@ impl<L: Lane> Contact<L> {
         }
         self.slip_of_normal = [w[4], w[5]];
         self.inverse_normal = L::one() / w[2];
-        self.tangential_step = L::one() / (w[0] + w[1]);
+        let half_difference = (w[0] - w[1]) * L::splat(0.5);
+        let root = half_difference.mul_add(half_difference, w[3] * w[3]).sqrt();
+        self.tangential_step = L::one() / (w[0] + w[1]).mul_add(L::splat(0.5), root);
         self.inverse_block = symmetric_inverse(&w);
     }
 }

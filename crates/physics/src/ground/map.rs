@@ -24,7 +24,12 @@ pub(crate) struct Map {
     tops: Vec<f32>,
     /// What else there is in them.
     kinds: Vec<f32>,
+    /// Highest corner within [`WIDE`] of each cell \[m\].
+    ceilings: Vec<f32>,
 }
+
+/// How far around a robot's base its parts are expected \[m\]; what is further out is looked after by itself.
+pub(super) const WIDE: f64 = 1.5;
 
 /// What three by three cells hold, as bits.
 const SLOPES: u8 = 1;
@@ -65,6 +70,11 @@ impl Map {
         };
         let cells: Vec<Cell> = (0..columns * rows).map(cell).collect();
         let (tops, kinds): (Vec<_>, Vec<_>) = (0..cells.len()).map(|i| inventory(&cells, columns, i)).unzip();
+        let tops = widened(&widened(&tops, columns, 1, f32::max), rows, columns, f32::max);
+        let mut ceilings = tops.clone();
+        for _ in 0..(WIDE / f64::from(field.cell_size)).ceil() as usize {
+            ceilings = widened(&widened(&ceilings, columns, 1, f32::max), rows, columns, f32::max);
+        }
         let kinds = widened(&widened(&kinds, columns, 1, BitOr::bitor), rows, columns, BitOr::bitor);
         // A corner of the rim has no cells below: those at the other end stand in, and no sphere asks for them.
         let around = |i: usize| {
@@ -78,7 +88,8 @@ impl Map {
             columns,
             rows,
             around_corner: (0..cells.len()).map(around).collect(),
-            tops: widened(&widened(&tops, columns, 1, f32::max), rows, columns, f32::max),
+            tops,
+            ceilings,
             kinds: kinds.into_iter().map(f32::from).collect(),
         }
     }
@@ -104,7 +115,13 @@ impl Map {
         self.lookup(&self.tops, spot)
     }
 
-    /// What else there is in them.
+    /// Highest ground \[m\] within [`WIDE`] of a spot.
+    #[inline(always)]
+    pub(super) fn ceiling<L: Lane>(&self, spot: &Spot<L>) -> L {
+        self.lookup(&self.ceilings, spot)
+    }
+
+    /// What else there is around a spot's cell.
     #[inline(always)]
     pub(super) fn surroundings<L: Lane>(&self, spot: &Spot<L>) -> Surroundings<L> {
         let kind = self.lookup(&self.kinds, spot);

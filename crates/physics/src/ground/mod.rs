@@ -69,6 +69,28 @@ impl<L: Lane> Proximity<L> {
     }
 }
 
+/// The highest ground around a robot's base: parts above it need no look at the map.
+pub(crate) struct Ceiling<L> {
+    /// Above the base \[m\]; mostly below it.
+    height: L,
+}
+
+impl<L: Lane> Ceiling<L> {
+    /// Over a base at a world position.
+    #[inline(always)]
+    pub(crate) fn over(map: &Map, base: Vec3<L>) -> Self {
+        Self { height: map.ceiling(&map.spot(base.x, base.y)) - base.z }
+    }
+
+    /// Whether in some lane a sphere may touch the ground, which is `height` above the base and as far from it as `offset` is long
+    /// \[m\].
+    #[inline(always)]
+    pub(crate) fn is_reached(&self, height: L, radius: L, offset: Vec3<L>) -> bool {
+        let low = (height - radius - self.height).lt(L::splat(REACH));
+        low.or(offset.dot(offset).gt(L::splat(map::WIDE * map::WIDE))).any()
+    }
+}
+
 /// What a sphere can touch, each with a place of its own in the solver: the triangle under its center or the edge it
 /// rolls over; and of what is beside it along x and along y (walls, upright edges, other sides of valleys) the nearer, then
 /// the other.
