@@ -52,7 +52,7 @@ impl Default for Config {
         Self {
             time_step: 0.005,
             gravity: [0.0, 0.0, -9.81],
-            solver_sweeps: 10,
+            solver_sweeps: 6,
             error_reduction: 0.2,
             max_depenetration_speed: 1.0,
             contact_margin: 0.01,

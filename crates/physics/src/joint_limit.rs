@@ -21,6 +21,18 @@ struct Limit<L> {
     impulse: L,
 }
 
+impl<L: Lane> Limit<L> {
+    /// Velocity of the joint.
+    #[inline(always)]
+    fn speed(&self, chain: &[usize], whitened: &[L]) -> L {
+        let mut speed = L::zero();
+        for (&entry, &dof) in self.row.iter().zip(chain) {
+            speed = entry.mul_add(whitened[dof], speed);
+        }
+        speed
+    }
+}
+
 /// All limits of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct LimitSet<L> {
@@ -76,11 +88,16 @@ impl<L: Lane> LimitSet<L> {
         }
     }
 
-    /// Work that getting back inside the limits takes at most \[J\].
+    /// Work that getting back inside the limits takes at most \[J\], if the step ends with this whitened velocity.
     #[inline(always)]
-    pub(crate) fn work_of_pushing_out(&self) -> L {
-        let work = |limit: &Limit<L>| limit.impulse * limit.allowed_approach.min(L::zero());
-        self.limits[..self.active].iter().fold(L::zero(), |sum, limit| sum - work(limit))
+    pub(crate) fn work_of_pushing_out(&self, structure: &Structure<L::Scalar>, whitened: &[L]) -> L {
+        let mut sum = L::zero();
+        for limit in &self.limits[..self.active] {
+            let speed = limit.direction * limit.speed(structure.chain(limit.dof), whitened);
+            let pushed = speed.clamp(L::zero(), (-limit.allowed_approach).max(L::zero()));
+            sum = limit.impulse.mul_add(pushed, sum);
+        }
+        sum
     }
 
     /// One Gauss–Seidel sweep.
@@ -88,11 +105,7 @@ impl<L: Lane> LimitSet<L> {
     pub(crate) fn sweep(&mut self, structure: &Structure<L::Scalar>, whitened: &mut [L]) {
         for limit in &mut self.limits[..self.active] {
             let chain = structure.chain(limit.dof);
-            let mut speed = L::zero();
-            for (&entry, &dof) in limit.row.iter().zip(chain) {
-                speed = entry.mul_add(whitened[dof], speed);
-            }
-            let approach = limit.direction.mul_add(speed, limit.allowed_approach);
+            let approach = limit.direction.mul_add(limit.speed(chain, whitened), limit.allowed_approach);
             let new = limit.inverse.neg_mul_add(approach, limit.impulse).max(L::zero());
             let change = (new - limit.impulse) * limit.direction;
             limit.impulse = new;

@@ -14,7 +14,7 @@ use crate::{
     ground::{self, Ceiling},
     kinematics::forward_kinematics,
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force, whiten_velocity},
-    structure::{BASE_DOFS, Limb},
+    structure::{BASE_DOFS, Limb, Structure},
     workspace::Workspace,
 };
 
@@ -160,7 +160,7 @@ fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
         w.limits.sweep(structure, &mut w.whitened);
         w.contacts.sweep(structure, friction, &mut w.whitened);
     }
-    forbid_energy_gain(w);
+    forbid_energy_gain(structure, engine.config.max_depenetration_speed, w);
     unwhiten_velocity(structure, &w.factor, &w.inverse_diagonal, &w.whitened, &mut w.velocity);
 }
 
@@ -171,18 +171,29 @@ fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
 /// kinetic energy is ½ |x|², so along the change d of x it is a parabola, and the share is where that comes back to
 /// its beginning.
 #[inline(always)]
-fn forbid_energy_gain<L: Lane>(w: &mut Workspace<L>) {
+fn forbid_energy_gain<L: Lane>(
+    structure: &Structure<L::Scalar>,
+    max_depenetration_speed: f64,
+    w: &mut Workspace<L>,
+) {
     let (mut along, mut squared) = (L::zero(), L::zero());
     for (&after, &before) in w.whitened.iter().zip(&w.unconstrained) {
         let change = after - before;
         along = before.mul_add(change, along);
         squared = change.mul_add(change, squared);
     }
-    let allowed = w.contacts.work_of_pushing_out() + w.limits.work_of_pushing_out();
-    let half = L::splat(0.5);
     // Rounding is no gain.
     let slack = L::splat(1e-3) * squared;
-    let gains = half.mul_add(squared, along).gt(allowed + slack);
+    let gain = L::splat(0.5).mul_add(squared, along) - slack;
+    if !gain.gt(L::zero()).any() {
+        return;
+    }
+    let pushed = w.contacts.work_of_pushing_out(structure, &mut w.whitened);
+    let pushed = pushed + w.limits.work_of_pushing_out(structure, &w.whitened);
+    // Nor is the whole robot to be pushed out faster than a part of it.
+    let most = w.composite[0].mass * L::splat(0.5 * max_depenetration_speed * max_depenetration_speed);
+    let allowed = pushed.min(most);
+    let gains = gain.gt(allowed);
     if !gains.any() {
         return;
     }

@@ -21,7 +21,10 @@ fn main() {
     });
     let seconds = start.elapsed().as_secs_f64();
     println!("{:.3e} robot-steps in {seconds:.0} s", tally.robot_steps as f64);
-    println!("states that are no numbers: {}, falls: {}", tally.broken, tally.falls);
+    println!(
+        "states that are no numbers: {}, faster than a robot can be: {}, falls: {}",
+        tally.broken, tally.thrown, tally.falls
+    );
     println!(
         "fastest base {:.1} m/s, {:.1} rad/s; fastest joint {:.1} rad/s",
         tally.base_speed, tally.base_rate, tally.joint_rate

@@ -136,11 +136,17 @@ impl<L: Lane> ContactSet<L> {
         *base = base_now;
     }
 
-    /// Work that getting out of overlaps takes at most \[J\].
+    /// Work that getting out of overlaps takes at most \[J\], if the step ends with this whitened velocity.
     #[inline(always)]
-    pub(crate) fn work_of_pushing_out(&self) -> L {
-        let work = |contact: &Contact<L>| contact.impulse.z * contact.allowed_approach.min(L::zero());
-        self.contacts[..self.active].iter().fold(L::zero(), |sum, contact| sum - work(contact))
+    pub(crate) fn work_of_pushing_out(&self, structure: &Structure<L::Scalar>, whitened: &mut [L]) -> L {
+        let (base, joints) = split(whitened);
+        let mut sum = L::zero();
+        for contact in &self.contacts[..self.active] {
+            let speed = contact.velocity(&structure.limbs[contact.limb].joints, base, joints).z;
+            let pushed = speed.clamp(L::zero(), (-contact.allowed_approach).max(L::zero()));
+            sum = contact.impulse.z.mul_add(pushed, sum);
+        }
+        sum
     }
 
     /// Multiplies all impulses.

@@ -24,11 +24,12 @@ impl<L: Lane> Contact<L> {
         let sticking = old - symmetric_mul(&self.inverse_block, residual);
         let length_squared = sticking.x.mul_add(sticking.x, sticking.y * sticking.y);
         let limit = friction * sticking.z.max(L::zero());
-        let sticks = length_squared.le(limit * limit).and(sticking.z.ge(L::zero())).and(acts);
+        let possible = sticking.z.ge(L::zero()).and(sticking.z.le(self.largest_normal));
+        let sticks = length_squared.le(limit * limit).and(possible).and(acts);
 
         // Otherwise first the normal alone, then a step against the slip that is left, back onto the disk µ λ_n: at the
         // solution friction opposes the slip (maximum dissipation), and it never drives it on the way there.
-        let normal = self.inverse_normal.neg_mul_add(approach, old.z).max(L::zero());
+        let normal = self.inverse_normal.neg_mul_add(approach, old.z).clamp(L::zero(), self.largest_normal);
         let change = normal - old.z;
         let [slip_x, slip_y] = self.slip_of_normal;
         let trial_x = self.tangential_step.neg_mul_add(slip_x.mul_add(change, velocity.x), old.x);
@@ -43,7 +44,7 @@ impl<L: Lane> Contact<L> {
     /// Velocity of the contact along its axes. The sums of base and joints are apart: the base's begins when the visit before
     /// has ended, the joints' long before.
     #[inline(always)]
-    fn velocity(&self, limb: &[usize], base: &[L; BASE_DOFS], joints: &[L]) -> Vec3<L> {
+    pub(super) fn velocity(&self, limb: &[usize], base: &[L; BASE_DOFS], joints: &[L]) -> Vec3<L> {
         let mut of_joints = Vec3::zero();
         for (&column, &joint) in self.joint_columns.iter().zip(limb) {
             of_joints = column.scale_add(joints[joint], of_joints);

@@ -1,7 +1,7 @@
 //! Robots that flail, are pushed and lie about: what breaks a simulation, if anything does.
 
 use rayon::prelude::*;
-use spatial::{Philox, Purpose};
+use spatial::{Lane, Philox, Purpose};
 use tasks::simulation::{DECIMATION, GROUP, Group, Randomization, ResetSpread, Simulation};
 use terrain::{GridConfig, TerrainGrid};
 
@@ -13,8 +13,10 @@ const ROUND: usize = 50;
 pub(crate) struct Tally {
     /// Physics steps, of all robots.
     pub(crate) robot_steps: u64,
-    /// States that were no longer numbers of a sensible size.
+    /// States that were no longer numbers.
     pub(crate) broken: u64,
+    /// States beyond what a training takes for a robot's: numbers, but faster.
+    pub(crate) thrown: u64,
     /// Robots found fallen at a push.
     pub(crate) falls: u64,
     /// Largest speed of a base \[m/s\].
@@ -63,6 +65,7 @@ impl Tally {
         Self {
             robot_steps: self.robot_steps + o.robot_steps,
             broken: self.broken + o.broken,
+            thrown: self.thrown + o.thrown,
             falls: self.falls + o.falls,
             base_speed: self.base_speed.max(o.base_speed),
             base_rate: self.base_rate.max(o.base_rate),
@@ -90,10 +93,12 @@ impl Squad {
             for lane in 0..GROUP {
                 if self.group.is_sound(lane) {
                     self.measure(lane);
-                } else {
-                    self.tally.broken += 1;
-                    self.place(simulation, grid, lane, &mut random);
+                    continue;
                 }
+                let count =
+                    if self.is_finite(lane) { &mut self.tally.thrown } else { &mut self.tally.broken };
+                *count += 1;
+                self.place(simulation, grid, lane, &mut random);
             }
         }
     }
@@ -116,6 +121,15 @@ impl Squad {
         block.input.base_force.set(lane, vector(500.0));
         let (velocity, kick) = (block.state.base_linear_velocity.get(lane), vector(2.0));
         block.state.base_linear_velocity.set(lane, std::array::from_fn(|i| velocity[i] + kick[i]));
+    }
+
+    fn is_finite(&self, lane: usize) -> bool {
+        let state = &self.group.block.state;
+        let joints = state.joint_position.iter().chain(&state.joint_velocity);
+        let vectors = [state.base_position, state.base_linear_velocity, state.base_angular_velocity];
+        joints.map(|value| value.get(lane)).all(f64::is_finite)
+            && vectors.iter().all(|vector| vector.get(lane).into_iter().all(f64::is_finite))
+            && state.base_orientation.get(lane).into_iter().all(f64::is_finite)
     }
 
     fn measure(&mut self, lane: usize) {
