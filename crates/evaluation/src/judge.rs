@@ -187,7 +187,7 @@ impl Arena {
     /// # Errors
     /// There is nothing to run.
     pub fn behavior_reward(&self, supervisor: &Supervisor, robots: usize) -> Result<BehaviorReward, String> {
-        let pulls = PullConfig::default();
+        let pulls = PullConfig::paper();
         let squads = self.squads(robots)?;
         let sums: Vec<[f64; 4]> =
             squads.into_par_iter().map(|squad| self.reward_episode(supervisor, squad, &pulls)).collect();

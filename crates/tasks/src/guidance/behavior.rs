@@ -32,8 +32,13 @@ impl Behavior {
 
     /// Table II's label of a force \[N\], heading frame. At a threshold the gentler reading holds: (−40, ±20) is walk.
     pub fn of_force(force: [f32; 3]) -> Self {
-        let back = force[0] < -PULL_THRESHOLD_X_N;
-        let sideways = force[1].abs() > PULL_THRESHOLD_Y_N;
+        Self::of_force_with_margin(force, 0.0)
+    }
+
+    /// The same with thresholds that are higher by `margin` \[N\].
+    pub fn of_force_with_margin(force: [f32; 3], margin: f32) -> Self {
+        let back = force[0] < -PULL_THRESHOLD_X_N - margin;
+        let sideways = force[1].abs() > PULL_THRESHOLD_Y_N + margin;
         match (back, sideways) {
             (false, false) => Self::Walk,
             (true, false) => Self::Stop,

@@ -32,6 +32,9 @@ pub struct GuidanceConfig {
     pub observation_noise: f32,
     /// The handler's pulls.
     pub pull: PullConfig,
+    /// How far beyond a threshold of Table II a pull must be to mean more \[N\]: one that is on it is gentle then with something
+    /// to spare. The paper: 0.
+    pub threshold_margin_n: f32,
     /// Weight of the squared change of the command, per second. Source: the paper, −1e-4.
     pub command_rate: f32,
     /// Weight of the drift of the heading, per radian: the yaw rate's running mean over 0.5 s, less what is wanted, at
@@ -55,6 +58,7 @@ impl Default for GuidanceConfig {
             supervisor_period_s: 0.1,
             observation_noise: 1.0,
             pull: PullConfig::default(),
+            threshold_margin_n: 1.0,
             command_rate: -1e-4,
             heading_drift: -2.0,
             fall: 0.0,
@@ -88,6 +92,7 @@ impl GuidanceConfig {
             ));
         }
         within("observation_noise", self.observation_noise, 0.0, 10.0)?;
+        within("threshold_margin_n", self.threshold_margin_n, 0.0, 10.0)?;
         within("command_rate", self.command_rate, -10.0, 0.0)?;
         within("heading_drift", self.heading_drift, -100.0, 0.0)?;
         within("fall", self.fall, -100.0, 0.0)?;

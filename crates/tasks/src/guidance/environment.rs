@@ -200,7 +200,7 @@ impl GuidedSquad {
         self.squad.control_step(shared.course, &self.commands, |i| (robots[i].episode, robots[i].step));
         for (robot, guided) in self.robots.iter_mut().enumerate() {
             guided.step += 1;
-            let behavior = Behavior::of_force(guided.force);
+            let behavior = Behavior::of_force_with_margin(guided.force, shared.config.threshold_margin_n);
             let mut reward = 0.0;
             if !guided.fallen && self.squad.has_fallen(robot) {
                 guided.fallen = true;
@@ -258,12 +258,12 @@ impl VecEnv for GuidanceEnv {
         layout::COMMAND
     }
 
-    /// As in locomotion, with 10 N as the unit of force, half of Table II's smaller threshold, so that its steps are steep enough to learn.
+    /// As in locomotion, with 5 N as the unit of force, a quarter of Table II's smaller threshold, so that its steps are steep enough to learn.
     fn observation_scale(&self) -> Vec<f32> {
         let mut scale = vec![1.0; OBSERVATION];
         scale[layout::BASE_LINEAR_VELOCITY.range()].fill(2.0);
         scale[layout::BASE_ANGULAR_VELOCITY.range()].fill(1.0);
-        scale[layout::HARNESS_FORCE.range()].fill(1.0 / 10.0);
+        scale[layout::HARNESS_FORCE.range()].fill(1.0 / 5.0);
         scale[layout::JOINT_VELOCITY.range()].fill(0.05);
         scale
     }

@@ -1,19 +1,28 @@
 //! The handler's pulls in training: constant in the heading frame, drawn at the start and every few seconds.
+//!
+//! Defaults go beyond the paper's: pushes, stronger pulls, and many on both sides of the thresholds of Table II, which are steps
+//! that a network learns only where it sees them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spatial::Philox;
 
-/// Ranges of the pulls, heading frame. Defaults: the paper's setting.
+use super::behavior::{PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
+
+/// Ranges of the pulls, heading frame.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PullConfig {
-    /// Along x: below zero pulls back \[N\].
+    /// Along x: below zero pulls back \[N\]. The paper: −80 to 0.
     pub x_n: [f32; 2],
-    /// Along y: above zero pulls left \[N\].
+    /// Along y: above zero pulls left \[N\]. The paper: ±40.
     pub y_n: [f32; 2],
-    /// Along z: above zero lifts \[N\].
+    /// Along z: above zero lifts \[N\]. The paper: ±20.
     pub z_n: [f32; 2],
+    /// Share of pulls that are near a threshold along x or along y. The paper: 0.
+    pub near_threshold_share: f32,
+    /// How near, ± \[N\].
+    pub near_threshold_n: f32,
     /// Time between two draws \[s\].
     pub period_s: f32,
     /// Error of the observed force along each axis, uniform, ± \[N\]; drawn at every supervisor step.
@@ -22,11 +31,24 @@ pub struct PullConfig {
 
 impl Default for PullConfig {
     fn default() -> Self {
-        Self { x_n: [-80.0, 0.0], y_n: [-40.0, 40.0], z_n: [-20.0, 20.0], period_s: 5.0, noise_n: 0.0 }
+        Self {
+            x_n: [-120.0, 60.0],
+            y_n: [-60.0, 60.0],
+            z_n: [-20.0, 20.0],
+            near_threshold_share: 0.3,
+            near_threshold_n: 4.0,
+            period_s: 5.0,
+            noise_n: 0.0,
+        }
     }
 }
 
 impl PullConfig {
+    /// The paper's pulls.
+    pub fn paper() -> Self {
+        Self { x_n: [-80.0, 0.0], y_n: [-40.0, 40.0], near_threshold_share: 0.0, ..Self::default() }
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors
@@ -39,6 +61,14 @@ impl PullConfig {
                 ));
             }
         }
+        if !(0.0..=1.0).contains(&self.near_threshold_share) {
+            let share = self.near_threshold_share;
+            return Err(format!("pull.near_threshold_share is {share}, must be from 0 to 1"));
+        }
+        if !(0.0..=20.0).contains(&self.near_threshold_n) {
+            let width = self.near_threshold_n;
+            return Err(format!("pull.near_threshold_n is {width}, must be from 0 to 20"));
+        }
         if !(0.1..=1000.0).contains(&self.period_s) {
             return Err(format!("pull.period_s is {}, must be from 0.1 to 1000", self.period_s));
         }
@@ -50,7 +80,16 @@ impl PullConfig {
 
     /// Draws a force \[N\].
     pub fn draw(&self, random: &mut Philox) -> [f32; 3] {
-        [self.x_n, self.y_n, self.z_n].map(|[low, high]| random.uniform(low, high))
+        let [mut x, mut y, z] = [self.x_n, self.y_n, self.z_n].map(|[low, high]| random.uniform(low, high));
+        if random.uniform01() < self.near_threshold_share {
+            let near = random.uniform(-self.near_threshold_n, self.near_threshold_n);
+            if random.below(2) == 0 {
+                x = near - PULL_THRESHOLD_X_N;
+            } else {
+                y = (PULL_THRESHOLD_Y_N + near).copysign(y);
+            }
+        }
+        [x, y, z]
     }
 }
 
@@ -61,11 +100,29 @@ mod tests {
     use super::*;
     use crate::guidance::Behavior;
 
+    fn draw_many(config: &PullConfig) -> Vec<[f32; 3]> {
+        let mut random = Philox::new(1, 0, 0, 0, Purpose::Command);
+        (0..40_000).map(|_| config.draw(&mut random)).collect()
+    }
+
+    #[test]
+    fn as_many_as_asked_for_are_near_a_threshold_and_on_both_sides_of_it() {
+        let config = PullConfig { near_threshold_share: 0.5, near_threshold_n: 1.0, ..PullConfig::default() };
+        let share = |test: &dyn Fn(&[f32; 3]) -> bool| {
+            draw_many(&config).iter().filter(|force| test(force)).count() as f32 / 40_000.0
+        };
+        // And those that come near by themselves: 2 N of 180 along x, 4 of 120 along y.
+        assert!((share(&|f| (f[0] + 40.0).abs() <= 1.0) - (0.25 + 0.75 / 90.0)).abs() < 0.01);
+        assert!((share(&|f| (f[1].abs() - 20.0).abs() <= 1.0) - (0.25 + 0.75 / 30.0)).abs() < 0.01);
+        for side in [-1.0, 1.0] {
+            assert!(share(&|f| f[1] * side > 20.0 && f[1] * side < 21.0) > 0.05);
+            assert!(share(&|f| f[1] * side < 20.0 && f[1] * side > 19.0) > 0.05);
+        }
+    }
+
     #[test]
     fn the_papers_ranges_make_every_behavior_a_quarter() {
-        let config = PullConfig::default();
-        let mut random = Philox::new(1, 0, 0, 0, Purpose::Command);
-        let drawn: Vec<_> = (0..40_000).map(|_| config.draw(&mut random)).collect();
+        let drawn = draw_many(&PullConfig::paper());
         for behavior in Behavior::ALL {
             let count = drawn.iter().filter(|force| Behavior::of_force(**force) == behavior).count();
             assert!((count as f32 / 40_000.0 - 0.25).abs() < 0.01, "{behavior}: {count}");
