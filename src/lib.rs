@@ -11,6 +11,7 @@ pub mod learner;
 pub mod metrics;
 pub mod policies;
 pub mod progress;
+pub mod result_tables;
 pub mod run_config;
 pub mod run_folder;
 pub mod tensorboard;

@@ -8,7 +8,7 @@ Settings that are MuJoCo's own:
 
 - TIME_STEP 2 ms. The motor law is applied explicitly at the state before each step: kd dt / armature is 0.07, and 0.53 on
   the slope of the motor's speed-torque limit.
-- Contacts: SOLREF's time constant is 5 ms, critically damped; elliptic friction cones with impratio 10, Newton solver.
+- Contacts: the time constant (solref) is 5 ms, critically damped; elliptic friction cones with impratio 10, Newton solver.
 - Gravity, joint limits and armature as in the robot's description; no joint friction and no passive damping.
 """
 
@@ -55,11 +55,25 @@ class Settings:
     time_step: float = TIME_STEP
     time_constant: float = TIME_CONSTANT
     impratio: float = IMPRATIO
-    friction: float = 1.0
+
+
+# What differs between robots, and what MuJoCo derives from it.
+CONSTANTS = (
+    "body_mass",
+    "body_subtreemass",
+    "body_inertia",
+    "body_ipos",
+    "body_iquat",
+    "body_invweight0",
+    "dof_invweight0",
+    "geom_pos",
+    "geom_friction",
+)
 
 
 class Walker:
-    """Robots under velocity commands and hand forces; all alike, each with a state of its own."""
+    """Robots under velocity commands and hand forces. One model serves all; what differs between robots is exchanged
+    before each one's turn."""
 
     def __init__(self, locomotion, supervisor, ground, robots, settings):
         self.locomotion, self.supervisor, self.ground, self.settings = locomotion, supervisor, ground, settings
@@ -69,7 +83,8 @@ class Walker:
         self.position_at = np.array([joint.qposadr[0] for joint in joints])
         self.rate_at = np.array([joint.dofadr[0] for joint in joints])
         self.default = locomotion.numbers("default_joint_pos")
-        self.hand = supervisor.numbers("hand_position")
+        self.hand = np.tile(supervisor.numbers("hand_position"), (robots, 1))
+        self.constants = [{}] * robots
         self.motor = Motor(locomotion)
         base = self.model.body("base").id
         self.base_geoms = np.flatnonzero((self.model.geom_bodyid == base) & (self.model.geom_contype == 1))
@@ -82,11 +97,41 @@ class Walker:
         self.fallen = np.zeros(robots, bool)
         self.step = 0
 
-    def place(self, start):
-        """Standing in the default pose at x, y, height of the base, heading, one row a robot."""
-        for data, (x, y, z, yaw) in zip(self.data, start):
+    def become(self, base_inertia, friction, hand_position):
+        """Gives every robot its own base with harness (mass, first moment, xx yy zz xy xz yz about the base origin), its
+        friction and its hand."""
+        model, scratch = self.model, mujoco.MjData(self.model)
+        base, hand = model.body("base").id, model.geom("hand").id
+        self.hand = hand_position.astype(float)
+        self.constants = []
+        for inertia, mu, place in zip(base_inertia.astype(float), friction, self.hand):
+            mass, center = inertia[0], inertia[1:4] / inertia[0]
+            xx, yy, zz, xy, xz, yz = inertia[4:]
+            about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            about_center = about_origin - mass * (center @ center * np.eye(3) - np.outer(center, center))
+            moments, axes = np.linalg.eigh(about_center)
+            axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+            model.body_mass[base], model.body_ipos[base], model.body_inertia[base] = mass, center, moments
+            mujoco.mju_mat2Quat(model.body_iquat[base], axes.ravel())
+            model.geom_pos[hand] = place
+            model.geom_friction[:, 0] = mu
+            mujoco.mj_setConst(model, scratch)
+            self.constants.append({name: getattr(model, name).copy() for name in CONSTANTS})
+
+    def turn_of(self, robot):
+        for name, values in self.constants[robot].items():
+            getattr(self.model, name)[:] = values
+
+    def place(self, start, velocity, joint_position):
+        """At x, y, z and heading of the base; linear and angular velocity along its axes; joints in the policy's order."""
+        for robot, data in enumerate(self.data):
+            (x, y, z, yaw), moving = start[robot], velocity[robot].astype(float)
             data.qpos[:7] = [x, y, z, np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)]
-            data.qpos[self.position_at] = self.default
+            data.qpos[self.position_at] = joint_position[robot]
+            c, s = np.cos(yaw), np.sin(yaw)
+            data.qvel[:3] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ moving[:3]
+            data.qvel[3:6] = moving[3:]
+            self.turn_of(robot)
             mujoco.mj_forward(self.model, data)
 
     def motion(self):
@@ -124,11 +169,12 @@ class Walker:
         target = self.default + self.locomotion.number("action_scale") * self.action
         for robot, data in enumerate(self.data):
             if not self.fallen[robot]:
-                self.simulate(data, target[robot], force[robot])
+                self.turn_of(robot)
+                self.simulate(data, target[robot], force[robot], self.hand[robot])
                 self.fallen[robot] = self.has_fallen(data)
         self.step += 1
 
-    def simulate(self, data, target, force):
+    def simulate(self, data, target, force, hand):
         applied, rotation = data.qfrc_applied, np.empty(9)
         r = rotation.reshape(3, 3)
         for _ in range(self.substeps):
@@ -138,7 +184,7 @@ class Walker:
                 c, s = r[:2, 0] / np.hypot(r[0, 0], r[1, 0])
                 world = np.array([c * force[0] - s * force[1], s * force[0] + c * force[1], force[2]])
                 applied[:3] = world  # along the world's axes,
-                applied[3:6] = np.cross(self.hand, r.T @ world)  # and about the base's
+                applied[3:6] = np.cross(hand, r.T @ world)  # and about the base's
             else:
                 applied[:6] = 0.0
             mujoco.mj_step(self.model, data)
@@ -191,13 +237,59 @@ def compiled(locomotion, harness, ground, settings):
     for geom in spec.geoms:
         # Robots touch the ground and not themselves, as in ours.
         geom.contype, geom.conaffinity = (0, 1) if geom.name == "ground" else (1, 0)
-        geom.condim, geom.friction = 3, [settings.friction, 0.0, 0.0]
+        geom.condim = 3
         geom.solref[:2] = settings.time_constant, 1.0
     option = spec.option
     option.timestep = settings.time_step
     option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, settings.impratio
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     return spec.compile()
+
+
+class HeightField:
+    """Our ground: cells with a height for each of their corners, row by row along x, so that neighbors may differ by a step.
+
+    MuJoCo's height fields are continuous. Each of our cells becomes FINE x FINE of its; the vertices of a border take the
+    higher of both sides, so a riser becomes a ramp of a FINE-th of a cell, 25 mm, before the tread it leads to.
+    """
+
+    FINE = 4
+
+    def __init__(self, cells, x, y, cell_size):
+        self.cells, self.origin, self.size = cells, np.array([x, y]), cell_size
+
+    def height(self, x, y):
+        """Both triangles of a cell meet along the diagonal from its first to its last corner."""
+        rows, columns = self.cells.shape[:2]
+        u, v = (x - self.origin[0]) / self.size, (y - self.origin[1]) / self.size
+        column, row = (np.clip(w.astype(int), 0, n - 1) for w, n in ((u, columns), (v, rows)))
+        u, v = np.clip(u - column, 0.0, 1.0), np.clip(v - row, 0.0, 1.0)
+        return in_cell(self.cells[row, column], u, v)
+
+    def vertices(self):
+        rows, columns = self.cells.shape[:2]
+        fine = self.FINE
+        heights = np.full((rows * fine + 1, columns * fine + 1), -np.inf, np.float32)
+        for i in range(fine + 1):
+            for k in range(fine + 1):
+                place = heights[k : k + (rows - 1) * fine + 1 : fine, i : i + (columns - 1) * fine + 1 : fine]
+                np.maximum(place, in_cell(self.cells, np.float32(i / fine), np.float32(k / fine)), out=place)
+        return heights
+
+    def add(self, spec):
+        heights = self.vertices()
+        low, high = float(heights.min()), float(heights.max())
+        rows, columns = heights.shape
+        half = np.array([columns - 1, rows - 1]) * self.size / self.FINE / 2
+        size = [*half, max(high - low, 1e-3), 1.0]
+        spec.add_hfield(name="ground", nrow=rows, ncol=columns, size=size, userdata=(heights - low).ravel())
+        place = [*(self.origin + half), low]
+        spec.worldbody.add_geom(name="ground", type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="ground", pos=place)
+
+
+def in_cell(cell, u, v):
+    corner = np.where(u >= v, cell[..., 1], cell[..., 2])
+    return cell[..., 0] + np.maximum(u, v) * (corner - cell[..., 0]) + np.minimum(u, v) * (cell[..., 3] - corner)
 
 
 class Level:

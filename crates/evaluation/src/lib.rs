@@ -1,9 +1,15 @@
 //! Suites, success criteria, statistics and the report.
+pub mod exchange;
 mod guided;
 pub mod judge;
 pub mod locomotion;
+pub mod measures;
 pub mod motion;
+pub mod outcome;
+pub mod plane;
+pub mod recording;
 pub mod report;
 pub mod results;
+pub mod script;
 pub mod statistics;
 pub mod suite;

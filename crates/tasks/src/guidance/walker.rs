@@ -126,6 +126,12 @@ impl Squad {
         self.groups[robot / GROUP].base_motion(robot % GROUP)
     }
 
+    /// Joint positions of a robot \[rad\].
+    pub fn joint_position(&self, robot: usize) -> [f32; layout::JOINTS] {
+        let state = &self.groups[robot / GROUP].block.state;
+        std::array::from_fn(|joint| state.joint_position[joint].as_array()[robot % GROUP])
+    }
+
     /// Whether a robot's base touched the ground in the last control step, or it is tilted beyond return, or its state is no
     /// longer made of numbers.
     pub fn has_fallen(&self, robot: usize) -> bool {
