@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     /// Write a page with figures here
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Write the success bars here, an SVG figure
+    /// Write the success bars here, an SVG figure; for the plane the map of intent
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
     /// Write the episodes for another engine to play here, and run nothing
@@ -77,10 +77,20 @@ Success is judged over [2, 8] s after the pull sets in; falls count over the who
 2 s without force and 12 s of pull. Intervals are Wilson's, 95 %.";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum GroundName {
+pub(crate) enum GroundName {
     Flat,
     Rough,
     Stairs,
+}
+
+impl From<GroundName> for Ground {
+    fn from(name: GroundName) -> Self {
+        match name {
+            GroundName::Flat => Self::Flat,
+            GroundName::Rough => Self::Rough,
+            GroundName::Stairs => Self::Stairs,
+        }
+    }
 }
 
 /// The suite that judges the walking by itself.
@@ -100,11 +110,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     })?;
     let locomotion = policies::locomotion(&arguments.locomotion)?;
     let supervisor = policies::supervisor(&arguments.supervisor)?;
-    let ground = match arguments.ground {
-        GroundName::Flat => Ground::Flat,
-        GroundName::Rough => Ground::Rough,
-        GroundName::Stairs => Ground::Stairs,
-    };
+    let ground = arguments.ground.into();
     let setting = Setting {
         ground,
         level: if ground == Ground::Flat { 0 } else { arguments.level as usize },
@@ -141,8 +147,9 @@ fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Resu
         results.write(path).or_bad_input(|| "--json".into())?;
     }
     if let Some(path) = &arguments.figure {
-        let bars = report::success_bars_svg(&results, &[]);
-        write_atomic(path, bars.as_bytes()).or_bad_input(|| format!("--figure {}", named(path)))?;
+        let map = report::intent_map_svg(&results);
+        let figure = map.unwrap_or_else(|| report::success_bars_svg(&results, &[]));
+        write_atomic(path, figure.as_bytes()).or_bad_input(|| format!("--figure {}", named(path)))?;
     }
     if let Some(path) = &arguments.report {
         let title = format!("guidedog: {} under {}", results.supervisor, results.suite);

@@ -11,6 +11,7 @@ use terrain::{SubTerrain, TerrainGrid};
 
 use crate::{
     exchange::{Planned, plan},
+    film::{FRAME_STEPS, Pose},
     guided::Guided,
     outcome::{Outcome, episode_steps, onset, reward_of, summarize},
     recording::{Recording, STEP_S, Sample, steps},
@@ -246,6 +247,50 @@ impl Arena {
         let wanted = self.setting.episodes * cases.len();
         recordings.truncate(wanted.saturating_sub(first));
         recordings
+    }
+
+    /// The first robot's poses over an episode of a case, for a film; ends where it falls.
+    ///
+    /// # Errors
+    /// There is nothing to run.
+    pub fn poses(&self, supervisor: &Supervisor, case: &Case) -> Result<Vec<Pose>, String> {
+        let squad = self.squads(1)?.swap_remove(0);
+        let noise = Noise::new(self.setting.seed, 0);
+        let mut guided = Guided::new(&self.course, supervisor, squad);
+        let mut poses = Vec::new();
+        for step in 0..episode_steps(case) {
+            guided.pull(0, scripted(case, step, &noise));
+            guided.control_step();
+            if guided.has_fallen(0) {
+                break;
+            }
+            if step % FRAME_STEPS == 0 {
+                poses.push(self.pose(&guided));
+            }
+        }
+        Ok(poses)
+    }
+
+    fn pose(&self, guided: &Guided<'_>) -> Pose {
+        let centers = guided.squad.contact_centers(&self.course, 0);
+        let contacts = &self.course.simulation.robot().contacts;
+        let named = |name: &str| {
+            contacts.iter().position(|contact| contact.name == name).map_or([0.0; 3], |i| centers[i])
+        };
+        let leg = |leg: &str| ["BASE_X_DRIVE", "X_KNEE", "X_FOOT"].map(|name| named(&name.replace('X', leg)));
+        let motion = guided.squad.motion(0);
+        Pose {
+            base: motion.position,
+            yaw: motion.yaw,
+            legs: ["LF", "LH", "RF", "RH"].map(leg),
+            hand: named("HAND"),
+            force: guided.told(0).1,
+        }
+    }
+
+    /// The ground.
+    pub fn ground(&self) -> &terrain::HeightField {
+        &self.grid.field
     }
 
     /// The behavior reward of episodes that another engine recorded after a [`Arena::plan`].

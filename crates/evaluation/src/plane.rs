@@ -4,7 +4,7 @@ use tasks::guidance::{Behavior, PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
 
 use crate::{
     measures::threshold::{ScanPoint, Threshold},
-    results::{CaseResult, Group},
+    results::CaseResult,
     suite::Case,
 };
 
@@ -25,7 +25,7 @@ pub fn grid() -> Vec<Case> {
     let at = |[low, high]: [f32; 2], i: usize| low + (high - low) * i as f32 / (POINTS - 1) as f32;
     let point = |i: usize, k: usize| {
         let [x, y] = [at(ALONG_N, i), at(ACROSS_N, k)];
-        Case::new(x, y, Group::of_force([x, y, 0.0]))
+        Case::steady(x, y)
     };
     (0..POINTS).flat_map(|i| (0..POINTS).map(move |k| point(i, k))).collect()
 }
@@ -57,7 +57,7 @@ fn line(nominal_n: f32, along: &str, force: impl Fn(f32) -> [f32; 2]) -> Line {
     let steps = (SCAN_REACH_N / SCAN_STEP_N) as i32;
     let case = |step: i32| {
         let [x, y] = force(nominal_n + SCAN_STEP_N * step as f32);
-        Case::new(x, y, Group::of_force([x, y, 0.0]))
+        Case::steady(x, y)
     };
     let cases: Vec<Case> = (-steps..=steps).map(case).collect();
     let [before, beyond] = [&cases[0], &cases[cases.len() - 1]].map(Case::behavior);

@@ -23,6 +23,11 @@ impl Case {
         Self { name: format!("{fx}/{fy}"), force: [fx, fy, 0.0], group, script: Script::Steady }
     }
 
+    /// Any steady pull.
+    pub fn steady(fx: f32, fy: f32) -> Self {
+        Self::new(fx, fy, Group::of_force([fx, fy, 0.0]))
+    }
+
     /// A pull with a script of its own.
     fn scripted(name: &str, [fx, fy]: [f32; 2], script: Script) -> Self {
         let force = [fx, fy, 0.0];
@@ -108,7 +113,7 @@ fn edges() -> Vec<Case> {
     let name = |[x, y]: [f32; 2]| format!("{x}/{y} noisy");
     let under_noise = edges.iter().chain(&double).map(|force| Case::scripted(&name(*force), *force, noisy));
     let steady = [[-40.0, 20.0], [-40.0, -20.0], [-20.0, 50.0], [-20.0, -50.0], [60.0, 0.0]];
-    let steady = steady.map(|[x, y]: [f32; 2]| Case::new(x, y, Group::of_force([x, y, 0.0])));
+    let steady = steady.map(|[x, y]: [f32; 2]| Case::steady(x, y));
     under_noise.chain(steady).collect()
 }
 
