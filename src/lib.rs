@@ -5,6 +5,7 @@
 
 pub mod config;
 pub mod error;
+pub mod everything;
 pub mod interrupt;
 pub mod judging;
 pub mod learner;

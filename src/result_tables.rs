@@ -25,6 +25,42 @@ pub fn table(results: &Results) -> String {
     text + &rewards(results)
 }
 
+/// Two judgments of the same suite, case by case: two engines, or two policies.
+pub fn side_by_side(one: &Results, other: &Results) -> String {
+    let name = |results: &Results| results.engine.clone().unwrap_or_else(|| "guidedog".into());
+    let mut text = format!("{}left: {}; right: {}\n\n", head(one), name(one), name(other));
+    let width = one.cases.iter().map(|case| case.name.len()).max().unwrap_or(0).max(9);
+    text += &format!("{:width$} behavior      success        falls        v_x           ω_z\n", "case");
+    let both = |a: f64, b: f64, decimals: usize| format!("{a:7.decimals$}{b:7.decimals$}");
+    for case in &one.cases {
+        let Some(beside) = other.case(&case.name) else { continue };
+        text += &format!(
+            "{:width$} {:8}{}{:7}{:5}{}{}\n",
+            case.name,
+            case.behavior,
+            both(case.success_rate, beside.success_rate, 3),
+            case.falls,
+            beside.falls,
+            both(case.mean_vx, beside.mean_vx, 2),
+            both(case.mean_wz, beside.mean_wz, 2)
+        );
+    }
+    text += "\nbehavior reward   total   stop   spin   walk   turn\n";
+    for results in [one, other] {
+        let r = results.reward;
+        text += &format!(
+            "{:16.16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
+            name(results),
+            r.total,
+            r.stop,
+            r.spin,
+            r.walk,
+            r.turn
+        );
+    }
+    text
+}
+
 fn head(results: &Results) -> String {
     let level = if results.ground == "flat" { String::new() } else { format!(" of level {}", results.level) };
     let engine = results.engine.as_ref().map(|engine| format!(" in {engine}")).unwrap_or_default();

@@ -14,7 +14,7 @@ use guidedog::evaluation::results::Results;
 use guidedog::evaluation::suite::{SUITES, suite};
 use guidedog::judging::{Names, judge, judge_record, with_progress, write_plan};
 use guidedog::policies::{self, SHIPPED};
-use guidedog::result_tables::table;
+use guidedog::result_tables::{side_by_side, table};
 use guidedog::run_folder::write_atomic;
 
 /// Judges a supervisor and a locomotion policy on a suite of pulls
@@ -40,9 +40,12 @@ pub(crate) struct Arguments {
     /// Write the episodes for another engine to play here, and run nothing
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
-    /// Judge what another engine recorded after such a plan; only --json, --figure and --report count beside it
+    /// Judge what another engine recorded after such a plan; only --json, --figure, --report and --beside count with it
     #[arg(long, value_name = "FILE", conflicts_with = "plan")]
     recorded: Option<PathBuf>,
+    /// Print the cases beside those of this results.json, too
+    #[arg(long, value_name = "FILE")]
+    beside: Option<PathBuf>,
     /// The locomotion policy, an ONNX file
     #[arg(long, default_value = SHIPPED)]
     locomotion: String,
@@ -142,6 +145,10 @@ impl Arguments {
 /// Prints the tables and writes what was asked for.
 fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Result<ExitCode> {
     print!("{}", table(&results));
+    if let Some(path) = &arguments.beside {
+        let other = Results::read(path).or_bad_input(|| "--beside".into())?;
+        print!("\n{}", side_by_side(&other, &results));
+    }
     let named = |path: &Path| path.display().to_string();
     if let Some(path) = &arguments.json {
         results.write(path).or_bad_input(|| "--json".into())?;

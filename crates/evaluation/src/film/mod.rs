@@ -18,7 +18,7 @@ const CAMERA_ANGLE: f32 = 2.5;
 const CAMERA_DISTANCE: f32 = 3.3;
 const CAMERA_HEIGHT: f32 = 1.7;
 /// Focal length \[pixels\].
-const FOCAL: f32 = 330.0;
+const FOCAL: f32 = 420.0;
 /// Lines on the ground: this far apart, and this far around the robot \[m\].
 const LINE_GAP: f32 = 0.5;
 const LINE_REACH: f32 = 4.0;
