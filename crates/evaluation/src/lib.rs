@@ -12,5 +12,6 @@ pub mod recording;
 pub mod report;
 pub mod results;
 pub mod script;
+mod setting;
 pub mod statistics;
 pub mod suite;

@@ -26,8 +26,10 @@ pub struct Seeds {
     pub curves: Vec<Curve>,
 }
 
-/// At an iteration that all seeds have reached: the lowest, the mean, the highest.
-fn band(seeds: &Seeds) -> Vec<(f64, [f64; 3])> {
+/// Iterations that all seeds have reached, and there the lowest, the mean, the highest.
+type Band = Vec<(f64, [f64; 3])>;
+
+fn band(seeds: &Seeds) -> Band {
     let smooth: Vec<Vec<f64>> = seeds
         .curves
         .iter()
@@ -48,7 +50,7 @@ fn band(seeds: &Seeds) -> Vec<(f64, [f64; 3])> {
 
 /// Groups of trainings as an SVG file; values over iterations. `reference` is a dashed line with its name.
 pub fn bands_svg(title: &str, groups: &[Seeds], reference: Option<(&str, f64)>) -> String {
-    let bands: Vec<(&Seeds, Vec<(f64, [f64; 3])>)> =
+    let bands: Vec<(&Seeds, Band)> =
         groups.iter().map(|seeds| (seeds, band(seeds))).filter(|(_, band)| !band.is_empty()).collect();
     let all = || bands.iter().flat_map(|(_, band)| band.iter());
     let last = all().map(|(iteration, _)| *iteration).fold(1.0, f64::max);
