@@ -172,7 +172,8 @@ impl Maker {
         for (name, case) in SERIES {
             let cases = suite("dynamic").unwrap_or_default();
             let case = cases.into_iter().find(|c| c.name == case).with_context(|| case.to_owned())?;
-            let played = arena.play(&supervisor, &[case.clone()], &|_| {}, |_, _, recording| recording);
+            let played =
+                arena.play(&supervisor, std::slice::from_ref(&case), &|_| {}, |_, _, recording| recording);
             let mut recording = played.map_err(anyhow::Error::msg)?.swap_remove(0);
             recording.samples.truncate(SERIES_STEPS);
             self.write(name, "svg", series_svg(&case.name, &recording).as_bytes())?;

@@ -142,7 +142,8 @@ fn draw_film(episode: &Episode) -> Result<()> {
 fn draw_series(episode: &Episode) -> Result<()> {
     let case = episode.case()?;
     let supervisor = policies::supervisor(&episode.supervisor)?;
-    let played = episode.arena()?.play(&supervisor, &[case.clone()], &|_| {}, |_, _, recording| recording);
+    let played =
+        episode.arena()?.play(&supervisor, std::slice::from_ref(&case), &|_| {}, |_, _, recording| recording);
     let mut recording = played.map_err(anyhow::Error::msg)?.swap_remove(0);
     recording.samples.truncate(episode.count(0.02).max(recording.onset + 1));
     episode.write(series_svg(&case.name, &recording).as_bytes())
