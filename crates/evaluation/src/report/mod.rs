@@ -16,6 +16,7 @@ mod chart;
 mod intent_map;
 mod legend;
 mod markup;
+mod measures;
 mod number;
 mod page;
 mod paths;
