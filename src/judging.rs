@@ -1,13 +1,18 @@
 //! Judging policies with progress on the terminal: what `evaluate` and `reproduce` share.
 
+use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Result, anyhow};
-use evaluation::judge::Arena;
+use evaluation::exchange::recordings;
+use evaluation::judge::{Arena, summaries, trace};
+use evaluation::outcome::{Outcome, episode_steps, onset};
+use evaluation::plane::{Line, lines};
 use evaluation::report::PathTrace;
-use evaluation::results::{BehaviorReward, CaseResult, Results};
-use evaluation::suite::Case;
+use evaluation::results::{BehaviorReward, CaseResult, PlaneResult, Results};
+use evaluation::suite::{Case, SUITES, suite};
+use policy::Checkpoint;
 use tasks::guidance::Supervisor;
 
 use crate::progress::Progress;
@@ -38,11 +43,19 @@ pub fn judge(
     oracle_reward: Option<BehaviorReward>,
 ) -> Result<(Results, Vec<PathTrace>)> {
     let (cases, traces) = run_suite(arena, supervisor, cases, &names.supervisor)?;
+    let plane =
+        (names.suite == "plane").then(|| scan(arena, supervisor, &names.supervisor, &cases)).transpose()?;
     let reward_of = |supervisor| arena.behavior_reward(supervisor, REWARD_ROBOTS).map_err(|m| anyhow!(m));
     let oracle_reward = oracle_reward.map_or_else(|| reward_of(&Supervisor::Oracle), Ok)?;
     let reward = if *supervisor == Supervisor::Oracle { oracle_reward } else { reward_of(supervisor)? };
+    let results = Results { cases, reward, oracle_reward, plane, ..headed(arena, names) };
+    Ok((results.with_sums(), traces))
+}
+
+/// Results with nothing but what was asked.
+fn headed(arena: &Arena, names: &Names) -> Results {
     let setting = arena.setting();
-    let results = Results {
+    Results {
         suite: names.suite.clone(),
         ground: setting.ground.name().into(),
         level: setting.level,
@@ -51,11 +64,91 @@ pub fn judge(
         seed: setting.seed,
         locomotion: names.locomotion.clone(),
         supervisor: names.supervisor.clone(),
-        cases,
-        reward,
-        oracle_reward,
+        ..Results::default()
+    }
+}
+
+/// Scans the lines across the thresholds.
+fn scan(arena: &Arena, supervisor: &Supervisor, name: &str, grid: &[CaseResult]) -> Result<PlaneResult> {
+    let lines = lines();
+    let cases: Vec<Case> = lines.iter().flat_map(|line| line.cases.iter().cloned()).collect();
+    let (results, _) = run_suite(arena, supervisor, &cases, &format!("{name} across the thresholds"))?;
+    let mut rest = results.as_slice();
+    let mut threshold = |line: &Line| {
+        let (own, others) = rest.split_at(line.cases.len());
+        rest = others;
+        line.threshold(own)
     };
-    Ok((results, traces))
+    let thresholds = lines.iter().map(&mut threshold).collect();
+    Ok(PlaneResult::new(grid, thresholds))
+}
+
+/// Robots over which the behavior reward is averaged in another engine, which is slower.
+const PLANNED_REWARD_ROBOTS: usize = 128;
+
+/// Writes the episodes of a suite for another engine to play.
+///
+/// # Errors
+/// The disk refuses.
+pub fn write_plan(arena: &Arena, cases: &[Case], suite: &str, path: &Path) -> Result<()> {
+    let setting = arena.setting();
+    let header = [
+        ("suite", suite.to_owned()),
+        ("ground", setting.ground.name().into()),
+        ("level", setting.level.to_string()),
+        ("randomize", setting.randomize.to_string()),
+        ("episodes", setting.episodes.to_string()),
+        ("seed", setting.seed.to_string()),
+    ];
+    let plan = arena.plan(cases, PLANNED_REWARD_ROBOTS, &header).map_err(|m| anyhow!(m))?;
+    Ok(plan.save(path)?)
+}
+
+/// Judges what another engine recorded after a plan.
+///
+/// # Errors
+/// The file is no record, or not of a suite known here.
+pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
+    let record = Checkpoint::load(path)?;
+    let text = |name: &str| record.number::<String>(name);
+    let name = text("suite")?;
+    let cases =
+        suite(&name).ok_or_else(|| anyhow!("suite is `{name}`, must be one of {}", SUITES.join(", ")))?;
+    let episodes: usize = record.number("episodes")?;
+    let mut recordings = recordings(&record).map_err(|m| anyhow!(m))?;
+    let wanted = cases.len() * episodes;
+    let (of_cases, of_reward) = recordings
+        .split_at_mut_checked(wanted)
+        .ok_or_else(|| anyhow!("{name} needs {wanted} robots and those of the reward"))?;
+    let mut outcomes = Vec::with_capacity(of_cases.len());
+    let mut traces = Vec::new();
+    for (robot, recording) in of_cases.iter_mut().enumerate() {
+        let case = &cases[robot / episodes];
+        let (found, wanted) = (recording.samples.len(), episode_steps(case));
+        if found != wanted {
+            return Err(anyhow!("{}: an episode of {found} steps, must be {wanted}", case.name));
+        }
+        recording.onset = onset();
+        if robot % episodes == 0 {
+            traces.push(trace(case, recording));
+        }
+        outcomes.push(Outcome::of(case, recording));
+    }
+    let results = Results {
+        suite: name,
+        ground: text("ground")?,
+        level: record.number("level")?,
+        randomize: record.number("randomize")?,
+        episodes,
+        seed: record.number("seed")?,
+        locomotion: text("locomotion")?,
+        supervisor: text("supervisor")?,
+        cases: summaries(&cases, &outcomes),
+        reward: Arena::recorded_reward(of_reward),
+        engine: Some(text("engine")?),
+        ..Results::default()
+    };
+    Ok((results.with_sums(), traces))
 }
 
 fn run_suite(
@@ -81,49 +174,4 @@ pub fn with_progress<T>(what: &str, work: impl FnOnce(&(dyn Fn(usize) + Sync)) -
             bar.finish("");
         }
     })
-}
-
-/// The table a person reads on the terminal.
-pub fn table(results: &Results) -> String {
-    let mut text = format!(
-        "{} on {} ground{}, {} episodes a case; locomotion {}, supervisor {}\n\n",
-        results.suite,
-        results.ground,
-        if results.ground == "flat" { String::new() } else { format!(" of level {}", results.level) },
-        results.episodes,
-        results.locomotion,
-        results.supervisor
-    );
-    text += "case      behavior group    success  95 % interval  falls    v_x    v_y    ω_z  drift °/10 s\n";
-    for case in &results.cases {
-        text += &format!(
-            "{:9} {:8} {:8} {:7.3}  {:.3} to {:.3} {:6} {:6.2} {:6.2} {:6.2} {:13.1}\n",
-            case.name,
-            case.behavior,
-            case.group,
-            case.success_rate,
-            case.wilson_low,
-            case.wilson_high,
-            case.falls,
-            case.mean_vx,
-            case.mean_vy,
-            case.mean_wz,
-            case.heading_drift_deg_per_10s
-        );
-    }
-    let paper = BehaviorReward::PAPER;
-    text += "\nbehavior reward   total   stop   spin   walk   turn\n";
-    let rows = [
-        (results.supervisor.as_str(), results.reward),
-        ("oracle", results.oracle_reward),
-        ("the paper", paper),
-    ];
-    for (name, r) in rows {
-        let name: String = name.chars().rev().take(16).collect::<Vec<_>>().into_iter().rev().collect();
-        text += &format!(
-            "{name:16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
-            r.total, r.stop, r.spin, r.walk, r.turn
-        );
-    }
-    text
 }

@@ -5,12 +5,14 @@
 
 pub mod config;
 pub mod error;
+pub mod everything;
 pub mod interrupt;
 pub mod judging;
 pub mod learner;
 pub mod metrics;
 pub mod policies;
 pub mod progress;
+pub mod result_tables;
 pub mod run_config;
 pub mod run_folder;
 pub mod tensorboard;

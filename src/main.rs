@@ -7,7 +7,7 @@ use guidedog::error::{BadInput, with_causes};
 
 mod verbs;
 
-use verbs::{config, evaluate, inspect, reproduce, train};
+use verbs::{config, evaluate, inspect, picture, reproduce, train};
 
 /// Trains, judges and shows a robotic guide dog that understands the pull of a hand on its harness.
 #[derive(Debug, Parser)]
@@ -30,6 +30,7 @@ enum Verb {
     Reproduce(reproduce::Arguments),
     Train(train::Arguments),
     Evaluate(evaluate::Arguments),
+    Picture(picture::Arguments),
     Config(config::Arguments),
     Inspect(inspect::Arguments),
 }
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Verb::Reproduce(arguments) => reproduce::run(&arguments),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
+        Verb::Picture(arguments) => picture::run(&arguments),
         Verb::Config(arguments) => config::run(&arguments),
         Verb::Inspect(arguments) => inspect::run(&arguments),
     };

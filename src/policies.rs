@@ -13,6 +13,11 @@ pub const SHIPPED: &str = "shipped";
 const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
 const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
 
+/// Checksum of both shipped policies, by which results of others are told from theirs.
+pub fn shipped_checksum() -> u32 {
+    crc32c::crc32c_append(crc32c::crc32c(LOCOMOTION), SUPERVISOR)
+}
+
 /// The policy in a file, or `shipped`.
 fn read(source: &str, shipped: &[u8]) -> Result<OnnxPolicy, BadInput> {
     let file = if source == SHIPPED { read_onnx(shipped) } else { load_onnx(Path::new(source)) };

@@ -17,6 +17,7 @@ With T the constant-in-this-instant map from our velocities to MuJoCo's, qvel = 
 M = T' M_mujoco T and bias = T' bias_mujoco.
 """
 
+import dataclasses
 import pathlib
 import xml.etree.ElementTree as ElementTree
 
@@ -31,12 +32,24 @@ ROBOTS = {"anymal_d": ROOT / "assets" / "anymal_d.urdf"} | {
 }
 BASE = 1  # index of the base among MuJoCo's bodies; the world is 0
 
-# The nominal harness: crates/robot/src/harness.rs, Harness::default.
-BAR_START = np.array([-0.45, 0.0, 0.10])
-BAR_LENGTH, BAR_MASS = 0.8, 0.5
-HAND_HEIGHT, HAND_MASS, HAND_RADIUS = 0.315, 1.5, 0.04
-RISE = HAND_HEIGHT - BAR_START[2]
-HAND = BAR_START + np.array([-np.sqrt(BAR_LENGTH**2 - RISE**2), 0.0, RISE])
+
+
+@dataclasses.dataclass
+class Harness:
+    """A bar on the base and the hand at its end; the nominal one is crates/robot/src/harness.rs, Harness::default."""
+
+    bar_start: np.ndarray = dataclasses.field(default_factory=lambda: np.array([-0.45, 0.0, 0.10]))
+    bar_length: float = 0.8
+    bar_mass: float = 0.5
+    # Straight back and up to 0.315 m.
+    hand: np.ndarray = dataclasses.field(
+        default_factory=lambda: np.array([-0.45 - np.sqrt(0.8**2 - 0.215**2), 0.0, 0.315])
+    )
+    hand_mass: float = 1.5
+
+
+HAND = Harness().hand
+HAND_RADIUS = 0.04
 
 
 class Robot:
@@ -94,15 +107,15 @@ class Robot:
         return np.array([mass, *(mass * center), *(tensor[i, j] for i, j in entries)])
 
 
-def description(name):
-    """The robot as an editable specification; mint_trajectories.py puts it on a ground."""
+def description(name, harness=Harness()):
+    """The robot as an editable specification; mint_trajectories.py and mujoco_walker.py put it on a ground."""
     spec = mujoco.MjSpec.from_string(ROBOTS[name].read_text())
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     spec.compiler.fusestatic = True
     base = spec.worldbody.first_body()
     base.add_freejoint()
     if name == "anymal_d":
-        add_harness(base)
+        add_harness(base, harness)
     # The attribute is ours: MuJoCo's URDF reader passes over it.
     for joint in ElementTree.parse(ROBOTS[name]).getroot().findall("joint"):
         dynamics = joint.find("dynamics")
@@ -119,14 +132,15 @@ def compiled(name):
     return spec.compile()
 
 
-def add_harness(base):
+def add_harness(base, harness):
     # A thin rod's moment about its own axis is zero; its z axis is turned onto the bar.
-    rod = BAR_MASS * BAR_LENGTH**2 / 12
-    angle = np.arctan2(HAND[0] - BAR_START[0], RISE)
+    rod = harness.bar_mass * harness.bar_length**2 / 12
+    back, _, rise = harness.hand - harness.bar_start
+    angle = np.arctan2(back, rise)
     along = [np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0]
-    add_inertia(base, "bar", (BAR_START + HAND) / 2, along, BAR_MASS, [rod, rod, 0.0])
-    ball = 0.4 * HAND_MASS * HAND_RADIUS**2
-    add_inertia(base, "hand", HAND, [1.0, 0.0, 0.0, 0.0], HAND_MASS, [ball] * 3)
+    add_inertia(base, "bar", (harness.bar_start + harness.hand) / 2, along, harness.bar_mass, [rod, rod, 0.0])
+    ball = 0.4 * harness.hand_mass * HAND_RADIUS**2
+    add_inertia(base, "hand", harness.hand, [1.0, 0.0, 0.0, 0.0], harness.hand_mass, [ball] * 3)
 
 
 def add_inertia(base, name, position, quaternion, mass, inertia):

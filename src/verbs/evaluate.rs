@@ -8,31 +8,44 @@ use clap::{Args, ValueEnum};
 use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::evaluation::judge::{Arena, Ground, Setting};
 use guidedog::evaluation::locomotion::judge_locomotion;
-use guidedog::evaluation::report::{self, ReportData};
+use guidedog::evaluation::plane;
+use guidedog::evaluation::report::{self, PathTrace, ReportData};
+use guidedog::evaluation::results::Results;
 use guidedog::evaluation::suite::{SUITES, suite};
-use guidedog::judging::{Names, judge, table, with_progress};
+use guidedog::judging::{Names, judge, judge_record, with_progress, write_plan};
 use guidedog::policies::{self, SHIPPED};
+use guidedog::result_tables::{side_by_side, table};
 use guidedog::run_folder::write_atomic;
 
 /// Judges a supervisor and a locomotion policy on a suite of pulls
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// paper17 or mirror17: pulls; locomotion: the walking by itself, on all grounds
+    /// paper17, mirror17, edges (thresholds under a restless hand), dynamic (pulls that change), plane (a grid over all
+    /// forces, and scans across the thresholds): pulls; locomotion: the walking by itself, on all grounds
     #[arg(long, default_value = "paper17")]
     suite: String,
-    /// Episodes of every case
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    episodes: u64,
+    /// Episodes of every case [default: 200; 16 on the plane]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    episodes: Option<u64>,
     /// Write results.json here
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write a page with figures here
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Write the success bars here, an SVG figure
+    /// Write the success bars here, an SVG figure; for the plane the map of intent
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Write the episodes for another engine to play here, and run nothing
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    /// Judge what another engine recorded after such a plan; only --json, --figure, --report and --beside count with it
+    #[arg(long, value_name = "FILE", conflicts_with = "plan")]
+    recorded: Option<PathBuf>,
+    /// Print the cases beside those of this results.json, too
+    #[arg(long, value_name = "FILE")]
+    beside: Option<PathBuf>,
     /// The locomotion policy, an ONNX file
     #[arg(long, default_value = SHIPPED)]
     locomotion: String,
@@ -59,15 +72,28 @@ Examples:
   guidedog evaluate --supervisor rules --ground rough      Table II as a rule, on rough ground of level 5
   guidedog evaluate --suite locomotion                     commands under pulls; every kind of ground by level
   guidedog evaluate --supervisor runs/guide/policy.onnx --json guide.json --report guide.html
+  guidedog evaluate --suite plane                          where each threshold lies, and how sharp it is
+  guidedog evaluate --plan pulls.plan                      for scripts/reference/play_in_mujoco.py
+  guidedog evaluate --recorded pulls.record                what that made of it
 
 Success is judged over [2, 8] s after the pull sets in; falls count over the whole episode. An episode is
 2 s without force and 12 s of pull. Intervals are Wilson's, 95 %.";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum GroundName {
+pub(crate) enum GroundName {
     Flat,
     Rough,
     Stairs,
+}
+
+impl From<GroundName> for Ground {
+    fn from(name: GroundName) -> Self {
+        match name {
+            GroundName::Flat => Self::Flat,
+            GroundName::Rough => Self::Rough,
+            GroundName::Stairs => Self::Stairs,
+        }
+    }
 }
 
 /// The suite that judges the walking by itself.
@@ -77,42 +103,63 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.suite == LOCOMOTION {
         return run_locomotion(arguments);
     }
+    if let Some(path) = &arguments.recorded {
+        let (results, traces) = judge_record(path).or_bad_input(|| path.display().to_string())?;
+        return show(arguments, results, traces);
+    }
     let cases = suite(&arguments.suite).ok_or_else(|| {
         let known = SUITES.join(", ");
         BadInput::new(format!("--suite {}: must be one of {known}, {LOCOMOTION}", arguments.suite))
     })?;
     let locomotion = policies::locomotion(&arguments.locomotion)?;
     let supervisor = policies::supervisor(&arguments.supervisor)?;
-    let ground = match arguments.ground {
-        GroundName::Flat => Ground::Flat,
-        GroundName::Rough => Ground::Rough,
-        GroundName::Stairs => Ground::Stairs,
-    };
+    let ground = arguments.ground.into();
     let setting = Setting {
         ground,
         level: if ground == Ground::Flat { 0 } else { arguments.level as usize },
         randomize: arguments.randomize,
-        episodes: arguments.episodes as usize,
+        episodes: arguments.episodes(),
         seed: arguments.seed,
     };
     let arena = Arena::new(locomotion, setting).map_err(BadInput::new)?;
+    if let Some(path) = &arguments.plan {
+        write_plan(&arena, &cases, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let names = Names {
         suite: arguments.suite.clone(),
         locomotion: arguments.locomotion.clone(),
         supervisor: arguments.supervisor.clone(),
     };
     let (results, traces) = judge(&arena, &supervisor, &cases, &names, None)?;
+    show(arguments, results, traces)
+}
+
+impl Arguments {
+    fn episodes(&self) -> usize {
+        let usual = if self.suite == "plane" { plane::EPISODES } else { 200 };
+        self.episodes.map_or(usual, |episodes| episodes as usize)
+    }
+}
+
+/// Prints the tables and writes what was asked for.
+fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Result<ExitCode> {
     print!("{}", table(&results));
+    if let Some(path) = &arguments.beside {
+        let other = Results::read(path).or_bad_input(|| "--beside".into())?;
+        print!("\n{}", side_by_side(&other, &results));
+    }
     let named = |path: &Path| path.display().to_string();
     if let Some(path) = &arguments.json {
         results.write(path).or_bad_input(|| "--json".into())?;
     }
     if let Some(path) = &arguments.figure {
-        let bars = report::success_bars_svg(&results, &[]);
-        write_atomic(path, bars.as_bytes()).or_bad_input(|| format!("--figure {}", named(path)))?;
+        let map = report::intent_map_svg(&results);
+        let figure = map.unwrap_or_else(|| report::success_bars_svg(&results, &[]));
+        write_atomic(path, figure.as_bytes()).or_bad_input(|| format!("--figure {}", named(path)))?;
     }
     if let Some(path) = &arguments.report {
-        let title = format!("guidedog: {} under {}", arguments.supervisor, arguments.suite);
+        let title = format!("guidedog: {} under {}", results.supervisor, results.suite);
         let data = ReportData { title, judged: results, traces, ..ReportData::default() };
         report::write(&data, path).or_bad_input(|| format!("--report {}", named(path)))?;
     }
@@ -123,7 +170,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
 fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
     let policy = policies::locomotion(&arguments.locomotion)?;
     let results = with_progress("judging locomotion: row", |progress| {
-        let episodes = arguments.episodes as usize;
+        let episodes = arguments.episodes();
         judge_locomotion(&policy, &arguments.locomotion, episodes, arguments.seed, progress)
     })
     .map_err(BadInput::new)?;

@@ -11,11 +11,13 @@ use guidedog::evaluation::judge::{Arena, Ground, Setting};
 use guidedog::evaluation::report::{self, Curve, ReportData, TrainingCurves};
 use guidedog::evaluation::results::{Behavior, Results};
 use guidedog::evaluation::suite::suite;
+use guidedog::everything;
 use guidedog::interrupt::Interrupt;
-use guidedog::judging::{Names, judge, table};
+use guidedog::judging::{Names, judge};
 use guidedog::learner::{Start, learn};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
+use guidedog::result_tables::table;
 use guidedog::run_config::{LocomotionRun, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::training::Outcome;
@@ -30,6 +32,10 @@ pub(crate) struct Arguments {
     /// Train locomotion too, on flat ground
     #[arg(long)]
     from_scratch: bool,
+    /// Then judge the shipped policies on every suite and ground, draw every picture, and play them in MuJoCo where a Python
+    /// (PYTHON) has it; finished parts are kept
+    #[arg(long)]
+    everything: bool,
     /// One setting of the supervisor's training, e.g. training.iterations=50
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -42,6 +48,7 @@ const EXAMPLES: &str = "\
 Examples:
   guidedog reproduce                    a quarter of an hour on two cores
   guidedog reproduce --from-scratch     begins with a robot that cannot walk
+  guidedog reproduce --everything       all numbers and pictures of docs/results.md: hours
 
 Stop it with Ctrl-C and start it again with the same words: it goes on where it was. It leaves
 runs/NAME/report.html and runs/NAME/results.json.";
@@ -82,6 +89,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     report::write(&data, &path).with_context(|| path.display().to_string())?;
     println!("{}", table(&data.judged));
     println!("report: {}", path.display());
+    if arguments.everything && !everything::make(run.path(), arguments.episodes as usize, 1, &interrupt)? {
+        return Ok(stopped());
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -41,6 +41,11 @@ impl<'a> Guided<'a> {
         self.squad.set_hand_force(robot, force);
     }
 
+    /// The command a robot obeys, and the force on it.
+    pub(crate) fn told(&self, robot: usize) -> ([f32; 3], [f32; 3]) {
+        (self.commands[robot], self.forces[robot][1])
+    }
+
     /// Whether a robot has fallen since the beginning.
     pub(crate) fn has_fallen(&self, robot: usize) -> bool {
         self.fallen[robot]

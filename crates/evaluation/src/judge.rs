@@ -1,5 +1,6 @@
 //! Judging a supervisor over a locomotion policy: the cases of a suite, and the behavior reward over the paper's pulls.
 
+use policy::Checkpoint;
 use rayon::prelude::*;
 use spatial::{Philox, Purpose};
 use tasks::{
@@ -8,16 +9,20 @@ use tasks::{
 };
 use terrain::{SubTerrain, TerrainGrid};
 
+pub use crate::setting::{Ground, Setting};
+
 use crate::{
+    exchange::{Planned, plan},
+    film::{FRAME_STEPS, Pose},
     guided::Guided,
-    motion::{DRIFT_WINDOW_S, Motion, STEP_S, Sample},
+    outcome::{Outcome, episode_steps, onset, reward_of, summarize},
+    recording::{Recording, STEP_S, Sample, steps},
     report::PathTrace,
     results::{BehaviorReward, CaseResult},
+    script::Noise,
     suite::Case,
 };
 
-/// Time without force before the pull \[s\]. Source: design section 3.
-const SETTLING_S: f64 = 2.0;
 /// Length of a behavior-reward episode, and time between two pulls in it \[s\]. Source: the paper.
 const REWARD_EPISODE_S: f64 = 20.0;
 /// Tiles along each axis of an evaluation ground; robots start on inner ones, and walk at most 17 m.
@@ -25,43 +30,6 @@ const TILES: usize = 10;
 const BORDER_TILES: usize = 2;
 /// Steps between two points of a path trace: 0.1 s.
 const TRACE_STEPS: usize = 5;
-
-/// The ground of an evaluation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ground {
-    /// Level.
-    Flat,
-    /// All families, every tile of one level.
-    Rough,
-    /// Stairs up and down, every tile of one level.
-    Stairs,
-}
-
-impl Ground {
-    /// The name used in `results.json`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flat => "flat",
-            Self::Rough => "rough",
-            Self::Stairs => "stairs",
-        }
-    }
-}
-
-/// What is to be judged, and where.
-#[derive(Clone, Debug)]
-pub struct Setting {
-    /// The ground.
-    pub ground: Ground,
-    /// Level of every tile, 0 to 9; not used on flat ground.
-    pub level: usize,
-    /// Robots, friction and harness drawn as in training, first states too; otherwise the nominal robot, standing.
-    pub randomize: bool,
-    /// Episodes of every case.
-    pub episodes: usize,
-    /// Seed of all draws: the same for every supervisor, so that comparisons are paired.
-    pub seed: u64,
-}
 
 /// A place to judge supervisors in, with the policy that walks.
 #[derive(Debug)]
@@ -94,12 +62,14 @@ impl Arena {
         &self.setting
     }
 
+    fn randomization(&self) -> Randomization {
+        if self.setting.randomize { Randomization::default() } else { Randomization::none() }
+    }
+
     /// Squads for `count` robots (rounded up to whole groups), each at its start.
     fn squads(&self, count: usize) -> Result<Vec<Squad>, String> {
-        let randomization =
-            if self.setting.randomize { Randomization::default() } else { Randomization::none() };
         let spread = if self.setting.randomize { ResetSpread::default() } else { ResetSpread::standing() };
-        let mut squads = self.course.squads(count.next_multiple_of(GROUP), &randomization)?;
+        let mut squads = self.course.squads(count.next_multiple_of(GROUP), &self.randomization())?;
         squads.par_iter_mut().for_each(|squad| {
             for robot in 0..squad.robots() {
                 let number = squad.first_robot + robot;
@@ -128,57 +98,177 @@ impl Arena {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<(Vec<CaseResult>, Vec<PathTrace>), String> {
         let episodes = self.setting.episodes;
-        let count = cases.len() * episodes;
-        let squads = self.squads(count)?;
-        let total = squads.len();
-        // Robot r plays episode r % episodes of case r / episodes.
-        let outcomes: Vec<Episode> = squads
-            .into_par_iter()
-            .flat_map_iter(|squad| {
-                let outcomes = self.episode(supervisor, squad, cases);
-                progress(total);
-                outcomes
-            })
-            .collect();
-        let of_case = |(i, case): (usize, &Case)| summarize(case, &outcomes[i * episodes..][..episodes]);
-        let results = cases.iter().enumerate().map(of_case).collect();
-        let trace = |(i, case): (usize, &Case)| outcomes[i * episodes].trace(case);
-        Ok((results, cases.iter().enumerate().map(trace).collect()))
+        let measured = self.play(supervisor, cases, progress, |robot, case, recording| {
+            let trace = robot.is_multiple_of(episodes).then(|| trace(case, &recording));
+            (Outcome::of(case, &recording), trace)
+        })?;
+        let (outcomes, traces): (Vec<Outcome>, Vec<Option<PathTrace>>) = measured.into_iter().unzip();
+        Ok((summaries(cases, &outcomes), traces.into_iter().flatten().collect()))
     }
 
-    /// Two seconds without force, then the pull.
-    fn episode(&self, supervisor: &Supervisor, squad: Squad, cases: &[Case]) -> Vec<Episode> {
+    /// Plays every case, and has every recording measured where it was made: none is kept. Robot r plays episode
+    /// r % episodes of case r / episodes; measures come in the order of the robots, whatever the number of threads.
+    ///
+    /// # Errors
+    /// There is nothing to run.
+    pub fn play<T: Send>(
+        &self,
+        supervisor: &Supervisor,
+        cases: &[Case],
+        progress: &(dyn Fn(usize) + Sync),
+        measure: impl Fn(usize, &Case, Recording) -> T + Sync,
+    ) -> Result<Vec<T>, String> {
+        let squads = self.squads(cases.len() * self.setting.episodes)?;
+        let total = squads.len();
+        let played = squads.into_par_iter().flat_map_iter(|squad| {
+            let first = squad.first_robot;
+            let recordings = self.episode(supervisor, squad, cases);
+            let of = |(i, recording)| measure(first + i, self.case(cases, first + i), recording);
+            let measured: Vec<T> = recordings.into_iter().enumerate().map(of).collect();
+            progress(total);
+            measured
+        });
+        Ok(played.collect())
+    }
+
+    /// The same episodes as a plan for another engine: those of the cases, then `reward_robots` of the behavior reward. `names` go into the file's header.
+    ///
+    /// # Errors
+    /// There is nothing to run.
+    pub fn plan(
+        &self,
+        cases: &[Case],
+        reward_robots: usize,
+        names: &[(&str, String)],
+    ) -> Result<Checkpoint, String> {
+        let of_cases = cases.len() * self.setting.episodes;
+        let case_force = |robot: usize| {
+            let (case, noise) = (self.case(cases, robot), Noise::new(self.setting.seed, robot));
+            (0..episode_steps(case)).map(|step| scripted(case, step, &noise)).collect()
+        };
+        let pulls = PullConfig::default();
+        let period = steps(f64::from(pulls.period_s));
+        let reward_force = |robot: usize| {
+            (0..steps(REWARD_EPISODE_S))
+                .map(|step| self.reward_pull(&pulls, robot, step / period * period))
+                .collect()
+        };
+        let squads = self.squads(of_cases + reward_robots)?;
+        let robots = squads.iter().flat_map(|squad| (0..squad.robots()).map(move |robot| (squad, robot)));
+        let planned: Vec<Planned> = robots
+            .take(of_cases + reward_robots)
+            .map(|(squad, robot)| {
+                let (number, motion) = (squad.first_robot + robot, squad.motion(robot));
+                let ([x, y, z], [a, b, c]) = (motion.position, motion.linear_velocity);
+                let [d, e, f] = motion.angular_velocity;
+                Planned {
+                    start: [x, y, z, motion.yaw],
+                    velocity: [a, b, c, d, e, f],
+                    joint_position: squad.joint_position(robot),
+                    force: if number < of_cases {
+                        case_force(number)
+                    } else {
+                        reward_force(number - of_cases)
+                    },
+                }
+            })
+            .collect();
+        Ok(plan(&self.course, &self.randomization(), &planned, names))
+    }
+
+    /// The case that a robot plays; those that only fill up the last group play the last one.
+    fn case<'a>(&self, cases: &'a [Case], robot: usize) -> &'a Case {
+        &cases[(robot / self.setting.episodes).min(cases.len() - 1)]
+    }
+
+    /// Two seconds without force, then the pull. Recordings of the robots that count.
+    fn episode(&self, supervisor: &Supervisor, squad: Squad, cases: &[Case]) -> Vec<Recording> {
         let first = squad.first_robot;
         let robots = squad.robots();
-        let case = |robot: usize| cases.get((first + robot) / self.setting.episodes);
+        let played: Vec<&Case> = (0..robots).map(|robot| self.case(cases, first + robot)).collect();
+        let noises: Vec<Noise> =
+            (0..robots).map(|robot| Noise::new(self.setting.seed, first + robot)).collect();
         let mut guided = Guided::new(&self.course, supervisor, squad);
-        for _ in 0..steps(SETTLING_S) {
+        let lengths: Vec<usize> = played.iter().map(|case| episode_steps(case)).collect();
+        let mut recordings: Vec<Recording> = lengths
+            .iter()
+            .map(|length| Recording { samples: Vec::with_capacity(*length), onset: onset(), fell_at: None })
+            .collect();
+        for step in 0..lengths.iter().copied().max().unwrap_or(0) {
+            for (robot, case) in played.iter().enumerate() {
+                guided.pull(robot, scripted(case, step, &noises[robot]));
+            }
             guided.control_step();
-        }
-        for robot in 0..robots {
-            guided.pull(robot, case(robot).map_or([0.0; 3], |case| case.force));
-        }
-        let mut samples = vec![Vec::with_capacity(steps(DRIFT_WINDOW_S[1])); robots];
-        let mut rewards = vec![0.0; robots];
-        for _ in 0..steps(DRIFT_WINDOW_S[1]) {
-            guided.control_step();
-            for (robot, samples) in samples.iter_mut().enumerate() {
-                let last = samples.last().copied();
-                let sample = sample(&guided, robot, last);
-                if let Some(case) = case(robot).filter(|_| !guided.has_fallen(robot)) {
-                    rewards[robot] += f64::from(behavior_reward(case.target(), sample.velocity));
+            for (robot, recording) in recordings.iter_mut().enumerate() {
+                if step < lengths[robot] {
+                    let last = recording.samples.last().copied();
+                    recording.samples.push(sample(&guided, robot, last));
+                    if guided.has_fallen(robot) {
+                        recording.fell_at.get_or_insert(step);
+                    }
                 }
-                samples.push(sample);
             }
         }
-        let outcome = |(robot, samples): (usize, Vec<Sample>)| Episode {
-            fell: guided.has_fallen(robot),
-            reward: rewards[robot] / samples.len() as f64,
-            samples,
-        };
         let wanted = self.setting.episodes * cases.len();
-        let real = robots.min(wanted.saturating_sub(first));
-        samples.into_iter().enumerate().take(real).map(outcome).collect()
+        recordings.truncate(wanted.saturating_sub(first));
+        recordings
+    }
+
+    /// The first robot's poses over an episode of a case, for a film; ends where it falls.
+    ///
+    /// # Errors
+    /// There is nothing to run.
+    pub fn poses(&self, supervisor: &Supervisor, case: &Case) -> Result<Vec<Pose>, String> {
+        let squad = self.squads(1)?.swap_remove(0);
+        let noise = Noise::new(self.setting.seed, 0);
+        let mut guided = Guided::new(&self.course, supervisor, squad);
+        let mut poses = Vec::new();
+        for step in 0..episode_steps(case) {
+            guided.pull(0, scripted(case, step, &noise));
+            guided.control_step();
+            if guided.has_fallen(0) {
+                break;
+            }
+            if step % FRAME_STEPS == 0 {
+                poses.push(self.pose(&guided));
+            }
+        }
+        Ok(poses)
+    }
+
+    fn pose(&self, guided: &Guided<'_>) -> Pose {
+        let centers = guided.squad.contact_centers(&self.course, 0);
+        let contacts = &self.course.simulation.robot().contacts;
+        let named = |name: &str| {
+            contacts.iter().position(|contact| contact.name == name).map_or([0.0; 3], |i| centers[i])
+        };
+        let leg = |leg: &str| ["BASE_X_DRIVE", "X_KNEE", "X_FOOT"].map(|name| named(&name.replace('X', leg)));
+        let motion = guided.squad.motion(0);
+        Pose {
+            base: motion.position,
+            yaw: motion.yaw,
+            legs: ["LF", "LH", "RF", "RH"].map(leg),
+            hand: named("HAND"),
+            force: guided.told(0).1,
+        }
+    }
+
+    /// The ground.
+    pub fn ground(&self) -> &terrain::HeightField {
+        &self.grid.field
+    }
+
+    /// The behavior reward of episodes that another engine recorded after a [`Arena::plan`].
+    pub fn recorded_reward(recordings: &[Recording]) -> BehaviorReward {
+        let mut sums = [0.0; 4];
+        let mut scheduled = 0;
+        for recording in recordings {
+            scheduled += recording.pulled().len();
+            for (behavior, reward) in recording.upright().iter().map(reward_of) {
+                sums[behavior as usize] += reward;
+            }
+        }
+        shares(sums, scheduled)
     }
 
     /// The behavior reward of Table I over the paper's pulls, drawn anew every five seconds of twenty: means over all scheduled
@@ -191,11 +281,13 @@ impl Arena {
         let squads = self.squads(robots)?;
         let sums: Vec<[f64; 4]> =
             squads.into_par_iter().map(|squad| self.reward_episode(supervisor, squad, &pulls)).collect();
-        let scheduled = (robots.next_multiple_of(GROUP) * steps(REWARD_EPISODE_S)) as f64;
-        let share =
-            |behavior: Behavior| sums.iter().map(|sum| sum[behavior as usize]).sum::<f64>() / scheduled;
-        let [walk, stop, turn, spin] = Behavior::ALL.map(share);
-        Ok(BehaviorReward { total: walk + stop + turn + spin, stop, walk, turn, spin })
+        let total: [f64; 4] = std::array::from_fn(|i| sums.iter().map(|sum| sum[i]).sum());
+        Ok(shares(total, robots.next_multiple_of(GROUP) * steps(REWARD_EPISODE_S)))
+    }
+
+    /// The pull that a robot gets at a step of a reward episode.
+    fn reward_pull(&self, pulls: &PullConfig, robot: usize, step: usize) -> [f32; 3] {
+        pulls.draw(&mut Philox::new(self.setting.seed, robot, 0, step as u32, Purpose::Command))
     }
 
     fn reward_episode(&self, supervisor: &Supervisor, squad: Squad, pulls: &PullConfig) -> [f64; 4] {
@@ -206,9 +298,7 @@ impl Arena {
         for step in 0..steps(REWARD_EPISODE_S) {
             if step % steps(f64::from(pulls.period_s)) == 0 {
                 for (robot, force) in forces.iter_mut().enumerate() {
-                    let number = guided.squad.first_robot + robot;
-                    let mut random = Philox::new(self.setting.seed, number, 0, step as u32, Purpose::Command);
-                    *force = pulls.draw(&mut random);
+                    *force = self.reward_pull(pulls, guided.squad.first_robot + robot, step);
                     guided.pull(robot, *force);
                 }
             }
@@ -225,40 +315,51 @@ impl Arena {
     }
 }
 
-/// What one robot did from the pull on.
-struct Episode {
-    fell: bool,
-    /// Mean behavior reward.
-    reward: f64,
-    samples: Vec<Sample>,
+/// Shares of the reward from its sums by behavior, in the order of [`Behavior::ALL`].
+fn shares(sums: [f64; 4], scheduled: usize) -> BehaviorReward {
+    let [walk, stop, turn, spin] = sums.map(|sum| sum / scheduled.max(1) as f64);
+    BehaviorReward { total: walk + stop + turn + spin, stop, walk, turn, spin }
 }
 
-impl Episode {
-    /// Its path in the frame of the first sample.
-    fn trace(&self, case: &Case) -> PathTrace {
-        let start = self.samples[0];
-        let (sin, cos) = f64::from(start.yaw).sin_cos();
-        let point = |s: &Sample| {
-            let [dx, dy] = [0, 1].map(|i| f64::from(s.position[i] - start.position[i]));
-            [cos * dx + sin * dy, cos * dy - sin * dx, f64::from(s.yaw - start.yaw)]
-        };
-        PathTrace {
-            behavior: case.behavior(),
-            case: case.name.clone(),
-            points: self.samples.iter().step_by(TRACE_STEPS).map(point).collect(),
-            period_s: TRACE_STEPS as f64 * STEP_S,
-        }
+/// Force of the hand at a step of an episode: none at first, then what the case's script says.
+fn scripted(case: &Case, step: usize, noise: &Noise) -> [f32; 3] {
+    match step.checked_sub(onset()) {
+        None => [0.0; 3],
+        Some(pulled) => case.script.force(case.force, pulled as f64 * STEP_S, noise),
     }
 }
 
-fn steps(time_s: f64) -> usize {
-    (time_s / STEP_S).round() as usize
+/// Results of all cases, from the outcomes of their episodes in order.
+pub fn summaries(cases: &[Case], outcomes: &[Outcome]) -> Vec<CaseResult> {
+    let episodes = outcomes.len() / cases.len().max(1);
+    cases
+        .iter()
+        .zip(outcomes.chunks(episodes.max(1)))
+        .map(|(case, outcomes)| summarize(case, outcomes))
+        .collect()
+}
+
+/// The path of a recording in the frame of its first sample.
+pub fn trace(case: &Case, recording: &Recording) -> PathTrace {
+    let start = recording.pulled()[0];
+    let (sin, cos) = f64::from(start.yaw).sin_cos();
+    let point = |s: &Sample| {
+        let [dx, dy] = [0, 1].map(|i| f64::from(s.position[i] - start.position[i]));
+        [cos * dx + sin * dy, cos * dy - sin * dx, f64::from(s.yaw - start.yaw)]
+    };
+    PathTrace {
+        behavior: case.behavior(),
+        case: case.name.clone(),
+        points: recording.pulled().iter().step_by(TRACE_STEPS).map(point).collect(),
+        period_s: TRACE_STEPS as f64 * STEP_S,
+    }
 }
 
 /// How a robot moves now; one that has fallen stays where it was (`last`).
 fn sample(guided: &Guided<'_>, robot: usize, last: Option<Sample>) -> Sample {
+    let (command, force) = guided.told(robot);
     if guided.has_fallen(robot) {
-        return Sample { velocity: [0.0; 3], ..last.unwrap_or_default() };
+        return Sample { velocity: [0.0; 3], command, force, ..last.unwrap_or_default() };
     }
     let motion = guided.squad.motion(robot);
     let [x, y, _] = motion.position;
@@ -268,29 +369,5 @@ fn sample(guided: &Guided<'_>, robot: usize, last: Option<Sample>) -> Sample {
         let turns = ((last.yaw - motion.yaw) / std::f32::consts::TAU).round();
         motion.yaw + turns * std::f32::consts::TAU
     });
-    Sample { velocity: [v_x, v_y, motion.angular_velocity[2]], position: [x, y], yaw }
-}
-
-fn summarize(case: &Case, episodes: &[Episode]) -> CaseResult {
-    let (behavior, target) = (case.behavior(), case.target());
-    let motions: Vec<Motion> = episodes.iter().map(|e| Motion::of(&e.samples, target[2])).collect();
-    let obeyed = episodes.iter().zip(&motions).filter(|(e, m)| !e.fell && m.obeys(behavior, target));
-    let falls = episodes.iter().filter(|episode| episode.fell).count();
-    let count = episodes.len().max(1) as f64;
-    let mean = |of: &dyn Fn(&Motion) -> f64| motions.iter().map(of).sum::<f64>() / count;
-    CaseResult {
-        name: case.name.clone(),
-        fx: f64::from(case.force[0]),
-        fy: f64::from(case.force[1]),
-        group: case.group,
-        behavior,
-        mean_vx: mean(&|m| m.velocity[0]),
-        mean_vy: mean(&|m| m.velocity[1]),
-        mean_wz: mean(&|m| m.velocity[2]),
-        heading_drift_deg_per_10s: mean(&|m| m.heading_drift.abs().to_degrees()),
-        mean_planar_speed: Some(mean(&|m| m.planar_speed)),
-        position_drift_m: Some(mean(&|m| m.excursion)),
-        reward: Some(episodes.iter().map(|episode| episode.reward).sum::<f64>() / count),
-        ..CaseResult::from_counts(episodes.len(), obeyed.count(), falls)
-    }
+    Sample { velocity: [v_x, v_y, motion.angular_velocity[2]], position: [x, y], yaw, command, force }
 }

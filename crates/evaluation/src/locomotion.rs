@@ -9,7 +9,7 @@ use tasks::{
 };
 use terrain::{SubTerrain, TerrainGrid};
 
-use crate::{motion::STEP_S, statistics::wilson_interval};
+use crate::{recording::steps, statistics::wilson_interval};
 
 /// Length of an episode \[s\].
 const EPISODE_S: f64 = 20.0;
@@ -112,21 +112,24 @@ pub fn judge_locomotion(
         seed,
         ..Default::default()
     };
-    for (command_name, command) in COMMANDS {
-        for (pull_name, pull) in PULLS {
-            let row = judge.row(TerrainGrid::flat(), false, pull, |_, _| command)?;
-            results.flat.push(Row { name: command_name.into(), under: pull_name.into(), ..row });
-            progress(total);
-        }
-    }
-    for (family_name, family) in FAMILIES {
-        for level in LEVELS {
-            let grid = TerrainGrid::uniform(Some(family), level, seed, TILES).map_err(|e| e.to_string())?;
-            let row = judge.row(grid, true, [0.0; 3], |robot, step| changing_command(seed, robot, step))?;
-            results.terrain.push(Row { name: family_name.into(), under: format!("level {level}"), ..row });
-            progress(total);
-        }
-    }
+    // All rows side by side: one alone has too few squads to keep every thread busy until its end.
+    let flat: Vec<_> =
+        COMMANDS.iter().flat_map(|command| PULLS.iter().map(move |pull| (command, pull))).collect();
+    let judged = flat.into_par_iter().map(|((command_name, command), (pull_name, pull))| {
+        let row = judge.row(TerrainGrid::flat(), false, *pull, |_, _| *command)?;
+        progress(total);
+        Ok(Row { name: (*command_name).into(), under: (*pull_name).into(), ..row })
+    });
+    results.flat = judged.collect::<Result<_, String>>()?;
+    let grounds: Vec<_> =
+        FAMILIES.iter().flat_map(|family| LEVELS.map(move |level| (family, level))).collect();
+    let judged = grounds.into_par_iter().map(|((name, family), level)| {
+        let grid = TerrainGrid::uniform(Some(*family), level, seed, TILES).map_err(|e| e.to_string())?;
+        let row = judge.row(grid, true, [0.0; 3], |robot, step| changing_command(seed, robot, step))?;
+        progress(total);
+        Ok(Row { name: (*name).into(), under: format!("level {level}"), ..row })
+    });
+    results.terrain = judged.collect::<Result<_, String>>()?;
     Ok(results)
 }
 
@@ -135,10 +138,6 @@ fn changing_command(seed: u64, robot: usize, step: usize) -> [f32; 3] {
     let drawn = step / steps(COMMAND_S);
     let mut random = Philox::new(seed, robot, drawn as u32, 1, Purpose::Command);
     [random.uniform(0.3, 1.0), random.uniform(-0.2, 0.2), random.uniform(-0.8, 0.8)]
-}
-
-fn steps(time_s: f64) -> usize {
-    (time_s / STEP_S).round() as usize
 }
 
 struct Judge<'a> {

@@ -2,25 +2,12 @@
 
 use tasks::guidance::Behavior;
 
-/// Control period \[s\].
-pub const STEP_S: f64 = 0.02;
-/// Steps of the moving mean that speeds are judged by: 0.5 s.
-const MEAN_STEPS: usize = 25;
+use crate::recording::{MEAN_STEPS, STEP_S, Sample, steps};
+
 /// Judged window after the force sets in \[s\]. Source: design section 3.
 pub const WINDOW_S: [f64; 2] = [2.0, 8.0];
 /// Window of the heading drift \[s\].
 pub const DRIFT_WINDOW_S: [f64; 2] = [2.0, 12.0];
-
-/// One control step of one robot.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
-    /// v_x, v_y \[m/s\], ω_z \[rad/s\], base frame.
-    pub velocity: [f32; 3],
-    /// Position in the world \[m\].
-    pub position: [f32; 2],
-    /// Heading, continuous over ±π \[rad\].
-    pub yaw: f32,
-}
 
 /// What a robot did in the judged windows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -86,9 +73,8 @@ impl Motion {
 }
 
 /// Samples of a window \[s\]; sample 0 is the first control step under the force.
-fn range([from, to]: [f64; 2]) -> std::ops::Range<usize> {
-    let step = |time: f64| (time / STEP_S).round() as usize;
-    step(from)..step(to)
+pub(crate) fn range([from, to]: [f64; 2]) -> std::ops::Range<usize> {
+    steps(from)..steps(to)
 }
 
 #[cfg(test)]
@@ -105,7 +91,7 @@ mod tests {
                 position[0] += (v_x * yaw.cos() - v_y * yaw.sin()) * dt;
                 position[1] += (v_x * yaw.sin() + v_y * yaw.cos()) * dt;
                 yaw += yaw_rate * dt;
-                Sample { velocity: [v_x + ripple, v_y, yaw_rate], position, yaw }
+                Sample { velocity: [v_x + ripple, v_y, yaw_rate], position, yaw, ..Sample::default() }
             })
             .collect()
     }

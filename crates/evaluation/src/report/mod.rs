@@ -10,18 +10,25 @@ use policy::write_atomic;
 
 use crate::results::{Behavior, Results};
 
+mod bands;
 mod bars;
 mod chart;
+mod intent_map;
 mod legend;
 mod markup;
+mod measures;
 mod number;
 mod page;
 mod paths;
 mod prose;
+mod series;
 mod tables;
 mod training;
 
+pub use bands::{Seeds, bands_svg};
 pub use bars::success_bars_svg;
+pub use intent_map::intent_map_svg;
+pub use series::series_svg;
 
 /// A learning curve: one value per iteration.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! The page: head, style sheets, and the sections that have something to show.
 
 use super::markup::Element;
-use super::{ReportData, bars, paths, prose, tables, training};
+use super::{ReportData, bars, measures, paths, prose, tables, training};
 
 /// Looks of figures, shared with figures that stand alone.
 pub(super) const FIGURE_STYLE: &str = include_str!("figure.css");
@@ -35,6 +35,8 @@ fn body(data: &ReportData) -> Element {
         section("Success", [bars::success(data)]),
         section("Paths", [paths::from_above(data)]),
         section("Cases", [tables::cases(data)]),
+        section("Reactions and comfort", [measures::reactions(data)]),
+        section("What was understood", [measures::confusion(data)]),
         section("What counts as success", [prose::criteria(data)]),
         section("How this was made", [prose::notes(data)]),
     ];

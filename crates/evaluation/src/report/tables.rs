@@ -114,7 +114,7 @@ fn case_row(case: &CaseResult, baselines: &[Results]) -> Element {
         .children(others)
 }
 
-fn table(caption: Element, head: Element, body: Element) -> Element {
+pub(super) fn table(caption: Element, head: Element, body: Element) -> Element {
     let table = Element::new("table").child(caption).child(Element::new("thead").child(head)).child(body);
     Element::classed("div", "wide").child(table)
 }
@@ -123,15 +123,15 @@ fn symbol(letter: &str, index: &str) -> Element {
     Element::new("var").text(letter).child(Element::new("sub").text(index))
 }
 
-fn cell(text: String) -> Element {
+pub(super) fn cell(text: String) -> Element {
     Element::new("td").text(text)
 }
 
-fn word(kind: &'static str, text: &str) -> Element {
+pub(super) fn word(kind: &'static str, text: &str) -> Element {
     Element::classed(kind, "word").text(text)
 }
 
-fn row_head(text: &str) -> Element {
+pub(super) fn row_head(text: &str) -> Element {
     Element::classed("th", "word").with("scope", "row").text(text)
 }
 

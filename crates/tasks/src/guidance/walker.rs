@@ -126,6 +126,18 @@ impl Squad {
         self.groups[robot / GROUP].base_motion(robot % GROUP)
     }
 
+    /// Joint positions of a robot \[rad\].
+    pub fn joint_position(&self, robot: usize) -> [f32; layout::JOINTS] {
+        let state = &self.groups[robot / GROUP].block.state;
+        std::array::from_fn(|joint| state.joint_position[joint].as_array()[robot % GROUP])
+    }
+
+    /// Centers of a robot's contact spheres in the world \[m\], in the order of `RobotModel::contacts`.
+    pub fn contact_centers(&self, course: &Course, robot: usize) -> Vec<[f32; 3]> {
+        let centers = self.groups[robot / GROUP].block.contact_centers(&course.simulation.engine);
+        centers.iter().map(|center| center.get(robot % GROUP).map(|x| x as f32)).collect()
+    }
+
     /// Whether a robot's base touched the ground in the last control step, or it is tilted beyond return, or its state is no
     /// longer made of numbers.
     pub fn has_fallen(&self, robot: usize) -> bool {

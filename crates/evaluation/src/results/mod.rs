@@ -3,7 +3,8 @@
 //! The key names are a contract with every reader outside this repository: fields are added, never renamed. Keys this
 //! version does not know are skipped on read, so an old program reads a newer file.
 
-use std::fmt;
+mod case;
+
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,116 +12,14 @@ use std::path::{Path, PathBuf};
 use policy::write_atomic;
 use serde::{Deserialize, Serialize};
 pub use tasks::guidance::Behavior;
-use tasks::guidance::PAPER_TOTAL;
+use tasks::guidance::{PAPER_TOTAL, PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
 
-use crate::statistics::{mean, wilson_interval};
+pub use case::{CaseResult, Group};
 
-/// How a case's force relates to the forces seen in training.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Group {
-    /// Inside the training range (blue in the paper's figure 5).
-    #[default]
-    Trained,
-    /// On a threshold of Table II (yellow).
-    Edge,
-    /// Beyond the training range (red).
-    Outside,
-}
-
-impl Group {
-    /// All groups, in the order of tables and legends.
-    pub const ALL: [Self; 3] = [Self::Trained, Self::Edge, Self::Outside];
-
-    /// The name used in `results.json`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Trained => "trained",
-            Self::Edge => "edge",
-            Self::Outside => "outside",
-        }
-    }
-}
-
-impl fmt::Display for Group {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(self.name())
-    }
-}
-
-/// One force and what the robot did under it, over all episodes.
-///
-/// Means run over all episodes of the case on the judged window; a fallen robot stands still from its fall on, so
-/// every value is finite even when all episodes fell.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CaseResult {
-    /// `f_x/f_y` in newtons, as in the paper's figure 5: "-60/30".
-    pub name: String,
-    /// Force along x of the heading frame \[N\]; below zero pulls back.
-    pub fx: f64,
-    /// Force along y of the heading frame \[N\]; above zero pulls left.
-    pub fy: f64,
-    /// Whether training saw such a force.
-    pub group: Group,
-    /// What Table II makes of it.
-    pub behavior: Behavior,
-    /// Episodes run.
-    pub episodes: usize,
-    /// Episodes that met the criterion of their behavior.
-    pub successes: usize,
-    /// Episodes that ended in a fall.
-    pub falls: usize,
-    /// `successes / episodes`.
-    pub success_rate: f64,
-    /// Lower end of the 95 % Wilson interval of the success rate.
-    pub wilson_low: f64,
-    /// Upper end of the 95 % Wilson interval of the success rate.
-    pub wilson_high: f64,
-    /// Mean forward speed, base frame \[m/s\].
-    pub mean_vx: f64,
-    /// Mean sideways speed, base frame, left positive \[m/s\].
-    pub mean_vy: f64,
-    /// Mean yaw rate, counterclockwise positive \[rad/s\].
-    pub mean_wz: f64,
-    /// Mean size of the heading's unwanted change, scaled to ten seconds [degrees / 10 s]: 0 is perfect.
-    pub heading_drift_deg_per_10s: f64,
-    /// Mean planar speed \[m/s\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mean_planar_speed: Option<f64>,
-    /// Mean largest distance from the window's first position \[m\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub position_drift_m: Option<f64>,
-    /// Mean behavior reward of the case, in [0, 1].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reward: Option<f64>,
-}
-
-impl CaseResult {
-    /// Fills the counts, the rate and its interval; the rest is left at its default, for struct update syntax.
-    pub fn from_counts(episodes: usize, successes: usize, falls: usize) -> Self {
-        let interval = wilson_interval(successes, episodes);
-        let success_rate = if episodes == 0 { 0.0 } else { successes as f64 / episodes as f64 };
-        let (wilson_low, wilson_high) = (interval.low, interval.high);
-        Self { episodes, successes, falls, success_rate, wilson_low, wilson_high, ..Self::default() }
-    }
-
-    fn measures(&self) -> [(&'static str, Option<f64>); 12] {
-        [
-            ("fx", Some(self.fx)),
-            ("fy", Some(self.fy)),
-            ("success_rate", Some(self.success_rate)),
-            ("wilson_low", Some(self.wilson_low)),
-            ("wilson_high", Some(self.wilson_high)),
-            ("mean_vx", Some(self.mean_vx)),
-            ("mean_vy", Some(self.mean_vy)),
-            ("mean_wz", Some(self.mean_wz)),
-            ("heading_drift_deg_per_10s", Some(self.heading_drift_deg_per_10s)),
-            ("mean_planar_speed", self.mean_planar_speed),
-            ("position_drift_m", self.position_drift_m),
-            ("reward", self.reward),
-        ]
-    }
-}
+use crate::{
+    measures::{reading::Confusion, threshold::Threshold},
+    statistics::{Interval, mean, wilson_interval},
+};
 
 /// The behavior reward over the paper's force ranges: the total and each behavior's share of it.
 ///
@@ -187,6 +86,61 @@ pub struct Results {
     pub reward: BehaviorReward,
     /// Behavior reward of the oracle over the same forces and seeds.
     pub oracle_reward: BehaviorReward,
+    /// What Table II makes of the forces, against what the motions looked like, over all cases.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confusion: Option<Confusion>,
+    /// Falls in a thousand episodes, over all cases.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub falls_per_1000: Option<f64>,
+    /// What only the suite `plane` has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane: Option<PlaneResult>,
+    /// Who simulated, if not guidedog itself: "MuJoCo 4.0.0".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine: Option<String>,
+}
+
+/// What the suite `plane` says of the whole plane of forces.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlaneResult {
+    /// Share of the episodes more than 4 N from every threshold whose motion looked like what Table II says.
+    pub read_right_beyond_4n: f64,
+    /// Lower end of its 95 % Wilson interval.
+    pub read_right_low: f64,
+    /// Upper end of its 95 % Wilson interval.
+    pub read_right_high: f64,
+    /// Success rate of pulls to the left less that of pulls to the right.
+    pub left_right_asymmetry: f64,
+    /// Line scans across the thresholds.
+    pub thresholds: Vec<Threshold>,
+}
+
+impl PlaneResult {
+    /// From the points of the plane and the scans.
+    pub fn new(cases: &[CaseResult], thresholds: Vec<Threshold>) -> Self {
+        let beyond = cases.iter().filter(|case| is_beyond_4n(case));
+        let counts = beyond.filter_map(|case| Some((case.read_as?.of(case.behavior), case.episodes)));
+        let (right, episodes) = counts.fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+        let Interval { low, high } = wilson_interval(right, episodes);
+        let side = |sign: f64| {
+            let rates = cases.iter().filter(|case| case.fy * sign > 0.0).map(|case| case.success_rate);
+            mean(&rates.collect::<Vec<_>>()).unwrap_or(0.0)
+        };
+        Self {
+            read_right_beyond_4n: right as f64 / episodes.max(1) as f64,
+            read_right_low: low,
+            read_right_high: high,
+            left_right_asymmetry: side(1.0) - side(-1.0),
+            thresholds,
+        }
+    }
+}
+
+/// Whether a force is more than 4 N from where Table II would read it otherwise.
+fn is_beyond_4n(case: &CaseResult) -> bool {
+    let x = f64::from(-PULL_THRESHOLD_X_N) - case.fx;
+    let y = f64::from(PULL_THRESHOLD_Y_N) - case.fy.abs();
+    x.abs() > 4.0 && y.abs() > 4.0
 }
 
 /// Why results could not be read or written.
@@ -221,6 +175,19 @@ pub enum ResultsError {
 }
 
 impl Results {
+    /// Fills what sums up the cases.
+    pub fn with_sums(mut self) -> Self {
+        let mut confusion = Confusion::default();
+        for case in &self.cases {
+            confusion.add(case.behavior, &case.read_as.unwrap_or_default());
+        }
+        let falls: usize = self.cases.iter().map(|case| case.falls).sum();
+        let episodes: usize = self.cases.iter().map(|case| case.episodes).sum();
+        self.confusion = Some(confusion);
+        self.falls_per_1000 = Some(1000.0 * falls as f64 / episodes.max(1) as f64);
+        self
+    }
+
     /// Mean success rate over the cases of a group, each case weighing the same; `None` if the suite has none.
     pub fn group_success(&self, group: Group) -> Option<f64> {
         let rates: Vec<f64> =
@@ -275,6 +242,7 @@ impl Results {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measures::reading::Readings;
 
     fn sample() -> Results {
         let case = |name: &str, group, successes| CaseResult {
@@ -338,6 +306,34 @@ mod tests {
         results.cases[1].mean_wz = f64::NAN;
         let message = results.write(Path::new("never-written.json")).unwrap_err().to_string();
         assert_eq!(message, "case a: mean_wz is NaN, it must be finite");
+    }
+
+    #[test]
+    fn the_plane_counts_what_lies_beyond_4_newtons_of_every_threshold() {
+        let case = |fx: f64, fy: f64, right: usize, successes: usize| {
+            let behavior = Behavior::of_force([fx as f32, fy as f32, 0.0]);
+            let mut readings = Readings::default();
+            (0..right).for_each(|_| readings.count(behavior));
+            CaseResult {
+                fx,
+                fy,
+                behavior,
+                read_as: Some(readings),
+                ..CaseResult::from_counts(10, successes, 0)
+            }
+        };
+        let cases = [
+            case(0.0, 0.0, 9, 9),
+            case(-60.0, 50.0, 10, 8),
+            case(-60.0, -50.0, 8, 3),
+            case(-43.0, 0.0, 0, 0),
+        ];
+        let plane = PlaneResult::new(&cases, Vec::new());
+        assert!((plane.read_right_beyond_4n - 0.9).abs() < 1e-12, "27 of 30");
+        assert!((plane.left_right_asymmetry - 0.5).abs() < 1e-12);
+        let sums = Results { cases: cases.to_vec(), ..Results::default() }.with_sums();
+        assert_eq!(sums.confusion.unwrap().spin.spin, 18);
+        assert_eq!(sums.falls_per_1000, Some(0.0));
     }
 
     #[test]

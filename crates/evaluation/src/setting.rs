@@ -1,0 +1,38 @@
+//! What is judged, and where.
+
+/// The ground of an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ground {
+    /// Level.
+    Flat,
+    /// All families, every tile of one level.
+    Rough,
+    /// Stairs up and down, every tile of one level.
+    Stairs,
+}
+
+impl Ground {
+    /// The name used in `results.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flat => "flat",
+            Self::Rough => "rough",
+            Self::Stairs => "stairs",
+        }
+    }
+}
+
+/// What is to be judged, and where.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// The ground.
+    pub ground: Ground,
+    /// Level of every tile, 0 to 9; not used on flat ground.
+    pub level: usize,
+    /// Robots, friction and harness drawn as in training, first states too; otherwise the nominal robot, standing.
+    pub randomize: bool,
+    /// Episodes of every case.
+    pub episodes: usize,
+    /// Seed of all draws: the same for every supervisor, so that comparisons are paired.
+    pub seed: u64,
+}

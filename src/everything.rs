@@ -1,0 +1,258 @@
+//! Every number and picture of docs/results.md about the shipped policies, in parts that are kept once they are made.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, Result, anyhow};
+use evaluation::film::{FRAME_STEPS, film};
+use evaluation::judge::{Arena, Ground, Setting};
+use evaluation::locomotion::judge_locomotion;
+use evaluation::plane;
+use evaluation::report::{intent_map_svg, series_svg, success_bars_svg};
+use evaluation::results::Results;
+use evaluation::suite::{Case, suite};
+
+use crate::interrupt::Interrupt;
+use crate::judging::{Names, judge, judge_record, with_progress, write_plan};
+use crate::policies::{self, SHIPPED};
+use crate::result_tables::{side_by_side, table};
+use crate::run_folder::write_atomic;
+
+/// Level of rough ground and stairs.
+const LEVEL: usize = 5;
+/// Episodes of a case in the other engine, which is slower.
+const OTHER_ENGINE_EPISODES: usize = 20;
+/// Control steps of a figure over time: 10 s.
+const SERIES_STEPS: usize = 500;
+
+/// One judgment: suite, ground, randomized, supervisor.
+type Part = (&'static str, Ground, bool, &'static str);
+
+/// All judgments, in the order of what a reader wants first.
+const PARTS: [Part; 22] = {
+    use Ground::{Flat, Rough, Stairs};
+    [
+        ("paper17", Flat, false, SHIPPED),
+        ("mirror17", Flat, false, SHIPPED),
+        ("paper17", Flat, false, "oracle"),
+        ("paper17", Flat, false, "rules"),
+        ("paper17", Flat, false, "dominance"),
+        ("paper17", Flat, true, SHIPPED),
+        ("mirror17", Flat, true, SHIPPED),
+        ("paper17", Rough, false, SHIPPED),
+        ("paper17", Rough, false, "oracle"),
+        ("paper17", Stairs, false, SHIPPED),
+        ("edges", Flat, false, SHIPPED),
+        ("edges", Flat, false, "rules"),
+        ("edges", Flat, true, SHIPPED),
+        ("edges", Rough, false, SHIPPED),
+        ("dynamic", Flat, false, SHIPPED),
+        ("dynamic", Flat, false, "rules"),
+        ("dynamic", Flat, true, SHIPPED),
+        ("dynamic", Rough, false, SHIPPED),
+        ("plane", Flat, false, SHIPPED),
+        ("plane", Flat, true, SHIPPED),
+        ("plane", Flat, false, "rules"),
+        ("plane", Rough, false, SHIPPED),
+    ]
+};
+
+/// One film a behavior: name and pull.
+const FILMS: [(&str, [f32; 2]); 4] =
+    [("walk", [0.0, 0.0]), ("stop", [-60.0, 0.0]), ("turn", [0.0, 30.0]), ("spin", [-60.0, 30.0])];
+/// Cases of the suite `dynamic` that are drawn over time.
+const SERIES: [(&str, &str); 2] = [("tug", "tug 0/60, 0.5 s"), ("change-of-mind", "0/30, then 0/-30")];
+
+/// Makes what is missing in `folder`; false if the user interrupts.
+///
+/// # Errors
+/// The disk refuses, or a policy cannot be used.
+pub fn make(folder: &Path, episodes: usize, seed: u64, interrupt: &Interrupt) -> Result<bool> {
+    // Parts of other policies must not be taken for these ones'.
+    let folder = folder.join(format!("everything-{:08x}", policies::shipped_checksum()));
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let maker = Maker { folder, episodes, seed };
+    for part in PARTS {
+        if interrupt.requested() {
+            return Ok(false);
+        }
+        maker.judgment(part)?;
+    }
+    maker.locomotion()?;
+    maker.pictures()?;
+    for ground in [Ground::Flat, Ground::Rough, Ground::Stairs] {
+        if interrupt.requested() {
+            return Ok(false);
+        }
+        maker.other_engine(ground)?;
+    }
+    println!("everything: {}", maker.folder.display());
+    Ok(true)
+}
+
+struct Maker {
+    folder: PathBuf,
+    episodes: usize,
+    seed: u64,
+}
+
+impl Maker {
+    fn file(&self, name: &str, extension: &str) -> PathBuf {
+        self.folder.join(format!("{name}.{extension}"))
+    }
+
+    fn write(&self, name: &str, extension: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.file(name, extension);
+        write_atomic(&path, bytes).with_context(|| path.display().to_string())
+    }
+
+    fn arena(&self, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {
+        let level = if ground == Ground::Flat { 0 } else { LEVEL };
+        let setting = Setting { ground, level, randomize, episodes, seed: self.seed };
+        Arena::new(policies::locomotion(SHIPPED)?, setting).map_err(anyhow::Error::msg)
+    }
+
+    /// What a part has found, if it was finished with the same episodes and seed.
+    fn finished(&self, name: &str, episodes: usize) -> Option<Results> {
+        let results = Results::read(&self.file(name, "json")).ok()?;
+        (results.episodes == episodes && results.seed == self.seed).then_some(results)
+    }
+
+    fn judgment(&self, (suite_name, ground, randomize, supervisor): Part) -> Result<()> {
+        let name = part_name((suite_name, ground, randomize, supervisor));
+        let episodes = if suite_name == "plane" { plane::EPISODES } else { self.episodes };
+        if self.finished(&name, episodes).is_some() {
+            eprintln!("{name}: made before");
+            return Ok(());
+        }
+        eprintln!("{name}");
+        let arena = self.arena(ground, randomize, episodes)?;
+        let cases = suite(suite_name).context("a suite of the list")?;
+        let names =
+            Names { suite: suite_name.into(), locomotion: SHIPPED.into(), supervisor: supervisor.into() };
+        // The oracle's reward on a ground is the same for all that are judged there.
+        let oracle = PARTS.iter().filter(|part| (part.1, part.2) == (ground, randomize)).find_map(|part| {
+            let episodes = if part.0 == "plane" { plane::EPISODES } else { self.episodes };
+            Some(self.finished(&part_name(*part), episodes)?.oracle_reward)
+        });
+        let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
+        self.keep(&name, &results)
+    }
+
+    /// The numbers come last: they say that a part is finished.
+    fn keep(&self, name: &str, results: &Results) -> Result<()> {
+        let figure = intent_map_svg(results).unwrap_or_else(|| success_bars_svg(results, &[]));
+        self.write(name, "svg", figure.as_bytes())?;
+        self.write(name, "txt", table(results).as_bytes())?;
+        results.write(&self.file(name, "json")).with_context(|| name.to_owned())
+    }
+
+    fn locomotion(&self) -> Result<()> {
+        if self.file("locomotion", "txt").is_file() {
+            return Ok(());
+        }
+        let policy = policies::locomotion(SHIPPED)?;
+        let results = with_progress("judging locomotion: row", |progress| {
+            judge_locomotion(&policy, SHIPPED, self.episodes, self.seed, progress)
+        })
+        .map_err(anyhow::Error::msg)?;
+        self.write("locomotion", "json", (serde_json::to_string_pretty(&results)? + "\n").as_bytes())?;
+        self.write("locomotion", "txt", results.tables().as_bytes())
+    }
+
+    fn pictures(&self) -> Result<()> {
+        let arena = self.arena(Ground::Flat, false, 1)?;
+        let supervisor = policies::supervisor(SHIPPED)?;
+        for (name, [fx, fy]) in FILMS {
+            let mut poses = arena.poses(&supervisor, &Case::steady(fx, fy)).map_err(anyhow::Error::msg)?;
+            poses.truncate(6 * 50 / FRAME_STEPS);
+            let picture = film(&poses, arena.ground()).map_err(anyhow::Error::msg)?;
+            self.write(name, "gif", &picture)?;
+        }
+        for (name, case) in SERIES {
+            let cases = suite("dynamic").unwrap_or_default();
+            let case = cases.into_iter().find(|c| c.name == case).with_context(|| case.to_owned())?;
+            let played =
+                arena.play(&supervisor, std::slice::from_ref(&case), &|_| {}, |_, _, recording| recording);
+            let mut recording = played.map_err(anyhow::Error::msg)?.swap_remove(0);
+            recording.samples.truncate(SERIES_STEPS);
+            self.write(name, "svg", series_svg(&case.name, &recording).as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// `paper17` in MuJoCo, beside the same episodes here; skipped, with the reason, where there is no MuJoCo.
+    fn other_engine(&self, ground: Ground) -> Result<()> {
+        let name = format!("mujoco-paper17-{}", ground.name());
+        if self.finished(&name, OTHER_ENGINE_EPISODES).is_some() {
+            eprintln!("{name}: made before");
+            return Ok(());
+        }
+        let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
+        let script = Path::new("scripts/reference/play_in_mujoco.py");
+        let has_packages = Command::new(&python)
+            .args(["-c", "import mujoco, numpy, onnxruntime"])
+            .output()
+            .is_ok_and(|output| output.status.success());
+        if !script.is_file() || !has_packages {
+            eprintln!(
+                "{name}: skipped; it needs {} and a Python (PYTHON) with mujoco, numpy and onnxruntime",
+                script.display()
+            );
+            return Ok(());
+        }
+        eprintln!("{name}");
+        let arena = self.arena(ground, false, OTHER_ENGINE_EPISODES)?;
+        let cases = suite("paper17").context("the suite paper17")?;
+        let [plan, record] = ["plan", "record"].map(|extension| self.file(&name, extension));
+        write_plan(&arena, &cases, "paper17", &plan)?;
+        let status = Command::new(&python).arg(script).args([&plan, &record]).status()?;
+        if !status.success() {
+            return Err(anyhow!("{}: {status}", script.display()));
+        }
+        let (other, _) = judge_record(&record)?;
+        let names = Names { suite: "paper17".into(), locomotion: SHIPPED.into(), supervisor: SHIPPED.into() };
+        let (own, _) = judge(&arena, &policies::supervisor(SHIPPED)?, &cases, &names, None)?;
+        for file in [&plan, &record] {
+            std::fs::remove_file(file)?;
+        }
+        self.write(&format!("{name}-beside"), "txt", side_by_side(&own, &other).as_bytes())?;
+        self.keep(&name, &other)
+    }
+}
+
+fn part_name((suite, ground, randomize, supervisor): Part) -> String {
+    let randomized = if randomize { "-randomized" } else { "" };
+    format!("{suite}-{}{randomized}-{supervisor}", ground.name())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_part_has_a_name_of_its_own_and_a_suite_and_supervisor_that_exist() {
+        let mut names: Vec<String> = PARTS.iter().map(|part| part_name(*part)).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), PARTS.len());
+        for (name, _, _, supervisor) in PARTS {
+            assert!(suite(name).is_some() && policies::supervisor(supervisor).is_ok());
+        }
+        let dynamic = suite("dynamic").unwrap();
+        assert!(SERIES.iter().all(|(_, name)| dynamic.iter().any(|case| case.name == *name)));
+    }
+
+    #[test]
+    fn a_finished_part_is_known_by_its_episodes_and_seed() {
+        let folder = std::env::temp_dir().join(format!("guidedog-everything-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let maker = Maker { folder: folder.clone(), episodes: 20, seed: 3 };
+        assert_eq!(maker.finished("part", 20), None);
+        let results = Results { episodes: 20, seed: 3, ..Results::default() };
+        maker.keep("part", &results).unwrap();
+        assert_eq!(maker.finished("part", 20), Some(results));
+        assert_eq!(maker.finished("part", 21), None);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

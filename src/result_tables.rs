@@ -1,0 +1,177 @@
+//! Results as tables that a person reads on the terminal.
+
+use evaluation::measures::reading::Confusion;
+use evaluation::results::{Behavior, BehaviorReward, CaseResult, Group, PlaneResult, Results};
+
+/// All tables of some results.
+pub fn table(results: &Results) -> String {
+    let mut text = head(results);
+    // A plane of forces is for its figure; its table would be a book.
+    if results.plane.is_none() {
+        let width = results.cases.iter().map(|case| case.name.len()).max().unwrap_or(0).max(9);
+        text += &success(results, width);
+        text += &measures(results, width);
+    }
+    text += &results.plane.as_ref().map(plane).unwrap_or_default();
+    text += &results.confusion.as_ref().map(confusion).unwrap_or_default();
+    if let Some(falls) = results.falls_per_1000 {
+        text += &format!("\nfalls per 1000 episodes: {falls:.1}\n");
+    }
+    for group in Group::ALL {
+        if let Some(rate) = results.group_success(group) {
+            text += &format!("success, {group}: {rate:.3}\n");
+        }
+    }
+    text + &rewards(results)
+}
+
+/// Two judgments of the same suite, case by case: two engines, or two policies.
+pub fn side_by_side(one: &Results, other: &Results) -> String {
+    let name = |results: &Results| results.engine.clone().unwrap_or_else(|| "guidedog".into());
+    let mut text = format!("{}left: {}; right: {}\n\n", head(one), name(one), name(other));
+    let width = one.cases.iter().map(|case| case.name.len()).max().unwrap_or(0).max(9);
+    text += &format!("{:width$} behavior      success        falls        v_x           ω_z\n", "case");
+    let both = |a: f64, b: f64, decimals: usize| format!("{a:7.decimals$}{b:7.decimals$}");
+    for case in &one.cases {
+        let Some(beside) = other.case(&case.name) else { continue };
+        text += &format!(
+            "{:width$} {:8}{}{:7}{:5}{}{}\n",
+            case.name,
+            case.behavior,
+            both(case.success_rate, beside.success_rate, 3),
+            case.falls,
+            beside.falls,
+            both(case.mean_vx, beside.mean_vx, 2),
+            both(case.mean_wz, beside.mean_wz, 2)
+        );
+    }
+    text += "\nbehavior reward   total   stop   spin   walk   turn\n";
+    for results in [one, other] {
+        let r = results.reward;
+        text += &format!(
+            "{:16.16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
+            name(results),
+            r.total,
+            r.stop,
+            r.spin,
+            r.walk,
+            r.turn
+        );
+    }
+    text
+}
+
+fn head(results: &Results) -> String {
+    let level = if results.ground == "flat" { String::new() } else { format!(" of level {}", results.level) };
+    let engine = results.engine.as_ref().map(|engine| format!(" in {engine}")).unwrap_or_default();
+    format!(
+        "{} on {} ground{level}{engine}, {} episodes a case{}; locomotion {}, supervisor {}\n",
+        results.suite,
+        results.ground,
+        results.episodes,
+        if results.randomize { ", randomized" } else { "" },
+        results.locomotion,
+        results.supervisor
+    )
+}
+
+fn success(results: &Results, width: usize) -> String {
+    let name = "case";
+    let mut text = format!(
+        "\n{name:width$} behavior group    success  95 % interval  falls    v_x    v_y    ω_z  drift °/10 s\n"
+    );
+    for case in &results.cases {
+        text += &format!(
+            "{:width$} {:8} {:8} {:7.3}  {:.3} to {:.3} {:6} {:6.2} {:6.2} {:6.2} {:13.1}\n",
+            case.name,
+            case.behavior,
+            case.group,
+            case.success_rate,
+            case.wilson_low,
+            case.wilson_high,
+            case.falls,
+            case.mean_vx,
+            case.mean_vy,
+            case.mean_wz,
+            case.heading_drift_deg_per_10s
+        );
+    }
+    text
+}
+
+fn number(value: Option<f64>, width: usize, decimals: usize) -> String {
+    let text = value.map_or_else(|| "–".into(), |value| format!("{value:.decimals$}"));
+    format!("{text:>width$}")
+}
+
+/// Reactions, standstill, changes of mind, and what the hand feels.
+fn measures(results: &Results, width: usize) -> String {
+    let row = |name: &str, case: &CaseResult| {
+        [
+            format!("{name:width$}"),
+            number(case.command_latency_50_s, 8, 2),
+            number(case.command_latency_90_s, 6, 2),
+            number(case.velocity_latency_90_s, 9, 2),
+            number(case.stopping_time_s, 8, 2),
+            number(case.stopping_distance_m, 6, 2),
+            number(case.switches_per_10s, 9, 2),
+            number(case.hand_force_peak_n, 8, 0),
+            number(case.hand_force_rate_nps, 6, 0),
+            number(case.hand_acceleration_mps2, 8, 2),
+            number(case.hand_jerk_mps3, 6, 2),
+        ]
+        .concat()
+    };
+    if results.cases.iter().all(|case| case.switches_per_10s.is_none()) {
+        return String::new();
+    }
+    let mut text = format!(
+        "\n{:width$} command to   velocity  standstill   switches  hand: N    N/s  m/s², m/s³\n{:width$}  50 %  90 %   to 90 % s       s     m   in 10 s\n",
+        "case", ""
+    );
+    results.cases.iter().for_each(|case| text += &(row(&case.name, case) + "\n"));
+    text
+}
+
+fn plane(plane: &PlaneResult) -> String {
+    let mut text = format!(
+        "\nread as Table II says, beyond 4 N of a threshold: {:.4} ({:.4} to {:.4})\nleft less right: {:+.4}\n\n\
+         threshold                                 N    bias   width\n",
+        plane.read_right_beyond_4n, plane.read_right_low, plane.read_right_high, plane.left_right_asymmetry
+    );
+    for threshold in &plane.thresholds {
+        let [bias, width] = [threshold.bias_n, threshold.width_n].map(|value| number(value, 8, 2));
+        text += &format!("{:38} {:4.0}{bias}{width}\n", threshold.name, threshold.nominal_n);
+    }
+    text
+}
+
+fn confusion(confusion: &Confusion) -> String {
+    let mut text = "\nmeant      looked like walk    stop    turn    spin\n".to_owned();
+    for behavior in Behavior::ALL {
+        let row = confusion.row(behavior);
+        text += &format!("{:19}", behavior.name());
+        for looked in Behavior::ALL {
+            text += &format!("{:8}", row.of(looked));
+        }
+        text += "\n";
+    }
+    text
+}
+
+fn rewards(results: &Results) -> String {
+    let mut text = "\nbehavior reward   total   stop   spin   walk   turn\n".to_owned();
+    let rows = [
+        (results.supervisor.as_str(), results.reward),
+        ("oracle", results.oracle_reward),
+        ("the paper", BehaviorReward::PAPER),
+    ];
+    for (name, r) in rows.into_iter().filter(|(_, reward)| reward.total > 0.0) {
+        let name: String = name.chars().rev().take(16).collect::<Vec<_>>().into_iter().rev().collect();
+        text += &format!(
+            "{name:16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
+            r.total, r.stop, r.spin, r.walk, r.turn
+        );
+    }
+    text
+}

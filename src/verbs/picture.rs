@@ -1,0 +1,183 @@
+//! `guidedog picture`: draws one episode, or trainings side by side, without a window.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use guidedog::error::{BadInput, OrBadInput as _};
+use guidedog::evaluation::film::film;
+use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::evaluation::report::{Curve, Seeds, bands_svg, series_svg};
+use guidedog::evaluation::results::BehaviorReward;
+use guidedog::evaluation::suite::{Case, SUITES, suite};
+use guidedog::metrics::MetricsTable;
+use guidedog::policies::{self, SHIPPED};
+use guidedog::run_folder::write_atomic;
+
+use super::evaluate::GroundName;
+
+/// Draws an episode as a film or over time, or the curves of trainings, without a window
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  guidedog picture film --case -60/30 --out spin.gif
+  guidedog picture series --suite dynamic --case \"tug 0/60, 0.5 s\" --out tug.svg
+  guidedog picture curves runs/guide-1 runs/guide-2 runs/guide-3 --out reward.svg
+
+The maps and bars of whole suites are made by `guidedog evaluate --figure`.";
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// A robot under a pull, as a GIF
+    Film(Episode),
+    /// Force, command and velocity of one episode over time, as an SVG
+    Series(Episode),
+    /// A column of metrics.csv of several runs, as an SVG: mean, lowest and highest of runs whose names differ in a number at
+    /// the end only
+    Curves(Curves),
+}
+
+#[derive(Debug, Args)]
+struct Episode {
+    /// Suite of the pull
+    #[arg(long, default_value = "paper17")]
+    suite: String,
+    /// Its name in the suite, or any steady pull f_x/f_y in newtons
+    #[arg(long, allow_hyphen_values = true)]
+    case: String,
+    /// Write the picture here
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// The locomotion policy, an ONNX file
+    #[arg(long, default_value = SHIPPED)]
+    locomotion: String,
+    /// The supervisor: an ONNX file, rules, dominance or oracle
+    #[arg(long, default_value = SHIPPED)]
+    supervisor: String,
+    /// The ground
+    #[arg(long, value_enum, default_value_t = GroundName::Flat)]
+    ground: GroundName,
+    /// Level of every tile of rough ground or stairs, 0 to 9
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(0..=9))]
+    level: u64,
+    /// Seconds of the film or the figure
+    #[arg(long, default_value_t = 8.0)]
+    seconds: f64,
+    /// Seed of all draws
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Debug, Args)]
+struct Curves {
+    /// Folders of runs
+    #[arg(required = true)]
+    runs: Vec<PathBuf>,
+    /// Column of metrics.csv
+    #[arg(long, default_value = "behavior_reward/total")]
+    column: String,
+    /// Write the figure here
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
+    match &arguments.what {
+        What::Film(episode) => draw_film(episode),
+        What::Series(episode) => draw_series(episode),
+        What::Curves(curves) => draw_curves(curves),
+    }?;
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Episode {
+    fn case(&self) -> Result<Case> {
+        let cases = suite(&self.suite).ok_or_else(|| {
+            BadInput::new(format!("--suite {}: must be one of {}", self.suite, SUITES.join(", ")))
+        })?;
+        let named = cases.into_iter().find(|case| case.name == self.case);
+        let steady = || {
+            let (x, y) = self.case.split_once('/')?;
+            let case = Case::steady(x.parse().ok()?, y.parse().ok()?);
+            case.force.iter().all(|force| force.abs() <= 500.0).then_some(case)
+        };
+        named.or_else(steady).ok_or_else(|| {
+            let message = "is neither in the suite nor a pull f_x/f_y of at most 500 N";
+            BadInput::new(format!("--case {}: {message}", self.case)).into()
+        })
+    }
+
+    fn arena(&self) -> Result<Arena> {
+        let ground = Ground::from(self.ground);
+        let level = if ground == Ground::Flat { 0 } else { self.level as usize };
+        let setting = Setting { ground, level, randomize: false, episodes: 1, seed: self.seed };
+        Ok(Arena::new(policies::locomotion(&self.locomotion)?, setting).map_err(BadInput::new)?)
+    }
+
+    /// How many of the pieces of `period_s` are within the time asked for.
+    fn count(&self, period_s: f64) -> usize {
+        (self.seconds.max(0.0) / period_s) as usize
+    }
+
+    fn write(&self, bytes: &[u8]) -> Result<()> {
+        Ok(write_atomic(&self.out, bytes).or_bad_input(|| format!("--out {}", self.out.display()))?)
+    }
+}
+
+fn draw_film(episode: &Episode) -> Result<()> {
+    let arena = episode.arena()?;
+    let supervisor = policies::supervisor(&episode.supervisor)?;
+    let mut poses = arena.poses(&supervisor, &episode.case()?).map_err(anyhow::Error::msg)?;
+    poses.truncate(episode.count(0.08).max(1));
+    episode.write(&film(&poses, arena.ground()).map_err(anyhow::Error::msg)?)
+}
+
+fn draw_series(episode: &Episode) -> Result<()> {
+    let case = episode.case()?;
+    let supervisor = policies::supervisor(&episode.supervisor)?;
+    let played =
+        episode.arena()?.play(&supervisor, std::slice::from_ref(&case), &|_| {}, |_, _, recording| recording);
+    let mut recording = played.map_err(anyhow::Error::msg)?.swap_remove(0);
+    recording.samples.truncate(episode.count(0.02).max(recording.onset + 1));
+    episode.write(series_svg(&case.name, &recording).as_bytes())
+}
+
+fn draw_curves(arguments: &Curves) -> Result<()> {
+    let mut groups: Vec<Seeds> = Vec::new();
+    for run in &arguments.runs {
+        let name = run.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let points = column(run, &arguments.column)?;
+        let common = name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches(['-', '_']);
+        let common = if common.is_empty() { &name } else { common }.to_owned();
+        let curve = Curve { name, points };
+        match groups.iter_mut().find(|seeds| seeds.name == common) {
+            Some(seeds) => seeds.curves.push(curve),
+            None => groups.push(Seeds { name: common, curves: vec![curve] }),
+        }
+    }
+    let is_reward = arguments.column == "behavior_reward/total";
+    let reference = is_reward.then_some(("the paper", BehaviorReward::PAPER.total));
+    let figure = bands_svg(&arguments.column, &groups, reference);
+    Ok(write_atomic(&arguments.out, figure.as_bytes())
+        .or_bad_input(|| format!("--out {}", arguments.out.display()))?)
+}
+
+fn column(run: &Path, name: &str) -> Result<Vec<(u64, f64)>> {
+    let file = run.join("metrics.csv");
+    if !file.is_file() {
+        return Err(BadInput::new(format!("{}: is no run, it has no metrics.csv", run.display())).into());
+    }
+    let table = MetricsTable::open(&file, u64::MAX).or_bad_input(|| file.display().to_string())?;
+    let points = table.column(name);
+    if points.is_empty() {
+        return Err(BadInput::new(format!("{}: has no column {name}", file.display())).into());
+    }
+    Ok(points)
+}
