@@ -146,7 +146,7 @@ impl Arena {
             let (case, noise) = (self.case(cases, robot), Noise::new(self.setting.seed, robot));
             (0..episode_steps(case)).map(|step| scripted(case, step, &noise)).collect()
         };
-        let pulls = PullConfig::default();
+        let pulls = PullConfig::paper();
         let period = steps(f64::from(pulls.period_s));
         let reward_force = |robot: usize| {
             (0..steps(REWARD_EPISODE_S))
