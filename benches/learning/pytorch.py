@@ -4,7 +4,6 @@ Usage: python3 benches/learning/pytorch.py f32|bf16|rsl_rl THREADS SAMPLES
 """
 
 import json
-import os
 import resource
 import sys
 import time
@@ -77,11 +76,44 @@ class Plain:
         self.optimizer.step()
 
 
+class RslRl:
+    """The update of rsl_rl's own PPO, on a batch like Plain's."""
+
+    def __init__(self, samples):
+        from rsl_rl.algorithms import PPO
+        from rsl_rl.models import MLPModel
+        from rsl_rl.storage import RolloutStorage
+        from tensordict import TensorDict
+
+        steps, robots = 24, samples // 24
+        batch = TensorDict({"policy": torch.zeros(robots, OBSERVATIONS)}, batch_size=[robots])
+        groups = {"actor": ["policy"], "critic": ["policy"]}
+        gaussian = {"class_name": "rsl_rl.modules.distribution:GaussianDistribution", "init_std": 1.0}
+        actor = MLPModel(batch, groups, "actor", ACTIONS, HIDDEN, "elu", False, gaussian)
+        critic = MLPModel(batch, groups, "critic", 1, HIDDEN, "elu")
+        self.storage = RolloutStorage("rl", robots, steps, batch, [ACTIONS])
+        self.ppo = PPO(actor, critic, self.storage, entropy_coef=ENTROPY)
+        with torch.no_grad():
+            for step in range(steps):
+                seen = TensorDict({"policy": torch.randn(robots, OBSERVATIONS)}, batch_size=[robots])
+                one = RolloutStorage.Transition()
+                one.observations, one.actions = seen, actor(seen, stochastic_output=True)
+                one.values, one.rewards, one.dones = critic(seen), torch.randn(robots), torch.zeros(robots)
+                one.actions_log_prob = actor.get_output_log_prob(one.actions)
+                one.distribution_params = actor.output_distribution_params
+                self.storage.add_transition(one)
+        self.storage.returns = self.storage.values + torch.randn_like(self.storage.values)
+        self.storage.advantages = torch.randn_like(self.storage.values)
+
+    def update(self):
+        self.ppo.update()  # it forgets only how many steps are stored, which mini_batch_generator does not ask
+
+
 def main():
     kind, threads, samples = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     torch.set_num_threads(threads)
     torch.manual_seed(1)
-    learner = Plain(samples, kind == "bf16")
+    learner = RslRl(samples) if kind == "rsl_rl" else Plain(samples, kind == "bf16")
     learner.update()
     for _ in sys.stdin:
         start, cpu = time.perf_counter(), time.process_time()

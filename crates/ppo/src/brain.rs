@@ -90,7 +90,7 @@ impl Precision for Brain {
 
     fn set_weights(panel: &mut Self::WeightPanel, row: usize, values: &[f32; LANES]) {
         for (word, value) in panel[row / 2].iter_mut().zip(values) {
-            let (kept, shift) = if row % 2 == 0 { (0xffff_0000, 0) } else { (0x0000_ffff, 16) };
+            let (kept, shift) = if row.is_multiple_of(2) { (0xffff_0000, 0) } else { (0x0000_ffff, 16) };
             *word = *word & kept | rounded(*value) << shift;
         }
     }

@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Rows that go through the networks together.
-const TILE: usize = 128;
+const TILE: usize = 256;
 /// Partial gradients; more than threads of a desktop, few enough to add up quickly.
 const SLOTS: usize = 8;
 /// Parameters a thread adds up at a time.

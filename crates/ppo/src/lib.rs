@@ -12,6 +12,8 @@ mod gradient;
 mod loss;
 mod network;
 mod panels;
+#[cfg(test)]
+mod pytorch;
 mod rollout;
 mod trainer;
 

@@ -172,6 +172,23 @@ impl<E: VecEnv> Trainer<E> {
         self.rollout.samples() as u64
     }
 
+    /// Named numbers whose distribution tells how training goes: weights, and what the last rollout held.
+    pub fn distributions(&self) -> Vec<(String, Vec<f32>)> {
+        let (actor, critic, log_std) = self.networks.split(&self.parameters);
+        let rollout = &self.rollout;
+        [
+            ("weights/actor", actor.to_vec()),
+            ("weights/critic", critic.to_vec()),
+            ("policy/std", log_std.iter().map(|s| s.exp()).collect()),
+            ("rollout/actions", rollout.actions.clone()),
+            ("rollout/rewards", rollout.rewards.clone()),
+            ("rollout/values", rollout.values.clone()),
+            ("rollout/value_targets", rollout.value_targets.clone()),
+        ]
+        .map(|(name, values)| (name.to_owned(), values))
+        .into()
+    }
+
     /// The mean policy, taking raw observations, its outputs limited as the environments say.
     pub fn policy(&self) -> Mlp {
         let (actor, _, _) = self.networks.split(&self.parameters);
