@@ -95,7 +95,7 @@ fn table(options: &Options) {
     let (samples, threads) = (options.samples, options.threads);
     println!("{samples} samples, {:.0} GFLOP needed an update, {threads} threads", count / 1e9);
     println!("fused multiply-add peak of one core, f32: {:.0} GFLOP/s", peak / 1e9);
-    println!("times are medians; of peak: by processor time, of all threads' f32 peak");
+    println!("times are medians; rate and share of the f32 peak: of a thread, by processor time");
     println!(
         "{:<6} {:>10} {:>12} {:>10} {:>9} {:>15}",
         "", "update s", "processor s", "GFLOP/s", "of peak", "inference s"
