@@ -139,7 +139,7 @@ fn kills_lose_nothing(test: &str, kills: u32) {
             assert!(status.success() || status.code().is_none(), "{status}");
             hit += u32::from(status.code().is_none());
             let left = fs::read_dir(folder.file("checkpoints")).into_iter().flatten();
-            let partial = |entry: &fs::DirEntry| entry.path().extension().is_some_and(|e| e != "safetensors");
+            let partial = |entry: &fs::DirEntry| entry.path().extension().is_some_and(|e| e == "tmp");
             while_saving += u32::from(left.filter_map(Result::ok).any(|entry| partial(&entry)));
             done += 1;
         }
