@@ -156,6 +156,10 @@ impl<E: VecEnv> Learner for Trainer<E> {
         Trainer::steps_per_iteration(self)
     }
 
+    fn distributions(&self) -> Vec<(String, Vec<f32>)> {
+        Trainer::distributions(self)
+    }
+
     fn save(&self, path: &Path) -> Result<()> {
         Ok(self.checkpoint().save(path)?)
     }

@@ -12,6 +12,8 @@ use anyhow::{Context as _, Result};
 
 use crate::error::{BadInput, with_causes};
 
+pub use policy::write_atomic;
+
 const CHECKPOINTS: &str = "checkpoints";
 const BEST: &str = "best.safetensors";
 
@@ -41,6 +43,9 @@ impl RunFolder {
         fs::create_dir_all(path.join(CHECKPOINTS))
             .with_context(|| format!("cannot create the run folder {}", path.display()))?;
         let _lock = lock(&path)?;
+        for folder in [&path, &path.join(CHECKPOINTS)] {
+            remove_half_written(folder).with_context(|| format!("cannot clean up {}", folder.display()))?;
+        }
         Ok(Self { path, _lock })
     }
 
@@ -123,16 +128,15 @@ pub fn numbered_checkpoints(path: &Path) -> io::Result<Vec<(u64, PathBuf)>> {
     Ok(found)
 }
 
-/// Writes beside the target, flushes to the disk, then renames over it: a reader sees the old file or the new.
-///
-/// # Errors
-/// The disk refuses.
-pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let temporary = path.with_extension("partial");
-    let mut file = File::create(&temporary)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    fs::rename(&temporary, path)
+/// Removes what a process that was killed while it wrote left half-written; the caller holds the lock.
+fn remove_half_written(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "tmp") {
+            fs::remove_file(path)?;
+        }
+    }
+    Ok(())
 }
 
 fn lock(folder: &Path) -> Result<File> {

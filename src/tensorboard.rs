@@ -1,4 +1,4 @@
-//! TensorBoard event files: scalars over iterations, readable by TensorBoard's own loader.
+//! TensorBoard event files: scalars and histograms over iterations, readable by TensorBoard's own loader.
 //!
 //! The file is a sequence of records; a record is a length and a serialized `Event`, each followed by its masked
 //! CRC32C. Format: tensorflow/core/lib/io/record_writer.h and tensorflow/core/util/event.proto.
@@ -8,7 +8,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The part of TensorFlow's `Event` that carries scalars.
+/// The part of TensorFlow's `Event` that carries summaries.
 #[derive(Clone, PartialEq, prost::Message)]
 struct Event {
     #[prost(double, tag = "1")]
@@ -29,13 +29,62 @@ struct Summary {
     value: Vec<Value>,
 }
 
-/// `simple_value` is a member of a oneof: as a plain field, a value of 0.0 would not be written at all.
+/// Both values are members of a oneof: as a plain field, a scalar of 0.0 would not be written at all.
 #[derive(Clone, PartialEq, prost::Message)]
 struct Value {
     #[prost(string, tag = "1")]
     tag: String,
     #[prost(float, optional, tag = "2")]
     simple_value: Option<f32>,
+    #[prost(message, optional, tag = "5")]
+    histo: Option<Histogram>,
+}
+
+/// TensorFlow's `HistogramProto`: counts between limits that rise, the last of them at or above the largest value.
+#[derive(Clone, PartialEq, prost::Message)]
+struct Histogram {
+    #[prost(double, tag = "1")]
+    min: f64,
+    #[prost(double, tag = "2")]
+    max: f64,
+    #[prost(double, tag = "3")]
+    num: f64,
+    #[prost(double, tag = "4")]
+    sum: f64,
+    #[prost(double, tag = "5")]
+    sum_squares: f64,
+    #[prost(double, repeated, tag = "6")]
+    bucket_limit: Vec<f64>,
+    #[prost(double, repeated, tag = "7")]
+    bucket: Vec<f64>,
+}
+
+/// Buckets of equal width between the extremes.
+const BUCKETS: usize = 50;
+
+impl Histogram {
+    /// Of the values that are numbers; `None` if there is none.
+    fn of(values: &[f32]) -> Option<Self> {
+        let values = || values.iter().map(|&value| f64::from(value)).filter(|value| value.is_finite());
+        let min = values().reduce(f64::min)?;
+        let max = values().reduce(f64::max)?;
+        let width = (max - min) / BUCKETS as f64;
+        let limit = |i| if i + 1 == BUCKETS { max } else { min + width * (i + 1) as f64 };
+        let mut bucket = vec![0.0; BUCKETS];
+        for value in values() {
+            // With one value only the width is 0, and the quotient no number, which becomes 0.
+            bucket[(((value - min) / width) as usize).min(BUCKETS - 1)] += 1.0;
+        }
+        Some(Self {
+            min,
+            max,
+            num: values().count() as f64,
+            sum: values().sum(),
+            sum_squares: values().map(|value| value * value).sum(),
+            bucket_limit: (0..BUCKETS).map(limit).collect(),
+            bucket,
+        })
+    }
 }
 
 #[derive(Clone, PartialEq, prost::Message)]
@@ -86,7 +135,23 @@ impl<W: Write> EventWriter<W> {
     ) -> io::Result<()> {
         let value = values
             .into_iter()
-            .map(|(tag, value)| Value { tag: tag.into(), simple_value: Some(value as f32) })
+            .map(|(tag, value)| Value { tag: tag.into(), simple_value: Some(value as f32), histo: None })
+            .collect();
+        self.record(&Event { summary: Some(Summary { value }), ..event_at(step) })?;
+        self.out.flush()
+    }
+
+    /// Writes the distributions of named values at one step.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn histograms(&mut self, step: u64, values: &[(String, Vec<f32>)]) -> io::Result<()> {
+        let value = values
+            .iter()
+            .filter_map(|(tag, values)| {
+                let histo = Some(Histogram::of(values)?);
+                Some(Value { tag: tag.clone(), simple_value: None, histo })
+            })
             .collect();
         self.record(&Event { summary: Some(Summary { value }), ..event_at(step) })?;
         self.out.flush()
@@ -139,6 +204,17 @@ mod tests {
         let mut masked = 0x8a91_36aa_u32;
         masked = masked.rotate_right(15);
         assert_eq!(masked_crc(&[0; 32]), masked.wrapping_add(0xa282_ead8));
+    }
+
+    #[test]
+    fn a_histogram_counts_every_number_once() {
+        let histogram = Histogram::of(&[0.0, 1.0, 1.0, -1.0, f32::NAN, 0.5]).unwrap();
+        assert_eq!((histogram.min, histogram.max, histogram.num, histogram.sum), (-1.0, 1.0, 5.0, 1.5));
+        assert_eq!(histogram.bucket.iter().sum::<f64>(), 5.0);
+        assert_eq!((histogram.bucket[0], histogram.bucket[BUCKETS - 1]), (1.0, 2.0));
+        assert_eq!(histogram.bucket_limit[BUCKETS - 1], 1.0);
+        assert_eq!(Histogram::of(&[2.0, 2.0]).unwrap().bucket[0], 2.0);
+        assert!(Histogram::of(&[f32::NAN]).is_none());
     }
 
     #[test]

@@ -28,6 +28,10 @@ pub trait Learner {
     fn iterate(&mut self) -> Result<Vec<(String, f64)>>;
     /// Environment steps of one iteration.
     fn steps_per_iteration(&self) -> u64;
+    /// Named numbers whose distribution is worth watching, as they are now.
+    fn distributions(&self) -> Vec<(String, Vec<f32>)> {
+        Vec::new()
+    }
     /// Writes everything needed to continue bit for bit.
     ///
     /// # Errors
@@ -125,9 +129,12 @@ pub fn train(
         log.append(iteration, &row)?;
         message = headline(&row, shown);
         progress.update(iteration, &message);
-        checkpoints.after(learner, &row)?;
+        if checkpoints.after(learner, &row)? {
+            log.distributions(learner)?;
+        }
     }
     checkpoints.save(learner)?;
+    log.distributions(learner)?;
     progress.finish(&message);
     let finished = learner.iteration() >= settings.iterations;
     Ok(if finished { Outcome::Finished } else { Outcome::Interrupted })
@@ -159,6 +166,11 @@ impl Log {
         let scalars = row.iter().map(|(name, value)| (name.as_str(), *value));
         self.events.scalars(iteration, scalars).context("cannot write the event file")
     }
+
+    fn distributions(&mut self, learner: &dyn Learner) -> Result<()> {
+        let values = learner.distributions();
+        self.events.histograms(learner.iteration(), &values).context("cannot write the event file")
+    }
 }
 
 /// When to save, what to keep, and which was the best.
@@ -179,12 +191,17 @@ impl<'a> Checkpoints<'a> {
         Ok(Self { run, settings, saved_at: Instant::now(), score: (0.0, 0), best })
     }
 
-    fn after(&mut self, learner: &dyn Learner, row: &[(String, f64)]) -> Result<()> {
+    /// Saves if it is time, and says whether it did.
+    fn after(&mut self, learner: &dyn Learner, row: &[(String, f64)]) -> Result<bool> {
         if let Some((_, value)) = row.iter().find(|(name, _)| *name == self.settings.score) {
             self.score = (self.score.0 + value, self.score.1 + 1);
         }
         let period = Duration::from_secs_f64(self.settings.checkpoint_period_s);
-        if self.saved_at.elapsed() >= period { self.save(learner) } else { Ok(()) }
+        let due = self.saved_at.elapsed() >= period;
+        if due {
+            self.save(learner)?;
+        }
+        Ok(due)
     }
 
     fn save(&mut self, learner: &dyn Learner) -> Result<()> {

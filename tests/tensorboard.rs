@@ -11,6 +11,10 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 events = EventAccumulator(sys.argv[1]).Reload()
 for tag in sorted(events.Tags()["scalars"]):
     print(tag, *(f"{e.step}:{e.value:g}" for e in events.Scalars(tag)))
+for tag in sorted(events.Tags()["histograms"]):
+    for e in events.Histograms(tag):
+        h = e.histogram_value
+        print(tag, e.step, f"{h.num:g} {h.min:g} {h.max:g} {h.sum:g}", sum(h.bucket), len(h.bucket) == len(h.bucket_limit))
 "#;
 
 #[test]
@@ -26,10 +30,11 @@ fn tensorboard_reads_every_point_and_forgets_those_a_resumed_run_repeats() {
     }
     let mut resumed = EventWriter::create(&folder, 3).unwrap();
     resumed.scalars(3, [("reward", 7.0), ("kl", 0.0)]).unwrap();
+    resumed.histograms(3, &[("weights".into(), vec![-1.0, 0.5, 2.0])]).unwrap();
 
     let output = python().args(["-c", READER]).arg(&folder).output().unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(text, "kl 1:0.25 2:0.25 3:0\nreward 1:0 2:1 3:7\n");
+    assert_eq!(text, "kl 1:0.25 2:0.25 3:0\nreward 1:0 2:1 3:7\nweights 3 3 -1 2 1.5 3.0 True\n");
 }

@@ -1,6 +1,7 @@
 //! What a physics step of one robot costs, scene by scene; `benches/README.md` says how to run and read it.
 
 mod counted;
+#[path = "../shared/peak.rs"]
 mod peak;
 mod scene;
 

@@ -1,4 +1,4 @@
-//! Matrix products on slices: a safe, checked door to the `gemm` crate's kernels.
+//! Matrix products on slices: a safe, checked door to the kernels of the `gemm` crates.
 //!
 //! Single-threaded: callers divide rows into tiles of fixed size and give tiles to threads, so that results do not
 //! depend on how many threads there are.
@@ -56,27 +56,28 @@ pub fn matmul(a: MatRef<'_>, b: MatRef<'_>, into: Into, out: &mut [f32]) {
     assert!(out.len() >= a.rows * b.columns, "{} numbers for {} × {}", out.len(), a.rows, b.columns);
     // SAFETY: `MatRef::new` checked that every entry of `a` and `b` lies in its slice (transposing exchanges both the
     // dimensions and the strides), the assertion above does so for `out`, and `out` is exclusively borrowed.
+    // The kernels like columns: what is computed is outᵀ = bᵀ aᵀ.
     unsafe {
-        gemm::gemm(
-            a.rows,
+        gemm_f32::gemm::f32::get_gemm_fn()(
             b.columns,
+            a.rows,
             a.columns,
             out.as_mut_ptr(),
-            1,
             b.columns as isize,
+            1,
             into == Into::Accumulate,
-            a.data.as_ptr(),
-            a.column_stride as isize,
-            a.row_stride as isize,
             b.data.as_ptr(),
-            b.column_stride as isize,
             b.row_stride as isize,
+            b.column_stride as isize,
+            a.data.as_ptr(),
+            a.row_stride as isize,
+            a.column_stride as isize,
             1.0,
             1.0,
             false,
             false,
             false,
-            gemm::Parallelism::None,
+            gemm_common::Parallelism::None,
         );
     }
 }

@@ -3,6 +3,30 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// What numbers the networks are computed with in training. Weights, sums and the optimizer are always single precision.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single precision.
+    #[default]
+    F32,
+    /// Products of bf16 numbers (8 bits of precision); needs a processor with AVX-512 BF16. About twice as fast.
+    Bf16,
+}
+
+impl Precision {
+    /// Whether this processor can.
+    pub fn available(self) -> bool {
+        match self {
+            Self::F32 => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Bf16 => crate::brain::Brain::available(),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Bf16 => false,
+        }
+    }
+}
+
 /// Settings of PPO. Defaults: Isaac Lab's ANYmal D rough task (`rsl_rl_ppo_cfg.py`) unless a field says otherwise.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -44,6 +68,8 @@ pub struct Config {
     pub initial_std: f32,
     /// Whether half of the samples, drawn anew in each epoch, are learned from in their left–right mirror image.
     pub symmetry: bool,
+    /// What numbers the networks are computed with in training: "f32", or "bf16" where the processor has AVX-512 BF16.
+    pub precision: Precision,
 }
 
 impl Default for Config {
@@ -67,6 +93,7 @@ impl Default for Config {
             max_gradient_norm: 1.0,
             initial_std: 1.0,
             symmetry: false,
+            precision: Precision::F32,
         }
     }
 }
@@ -131,7 +158,9 @@ impl Config {
         check((low..=high).contains(&rate), "learning_rate", &rate, "within learning_rate_range")?;
         check(not_negative(self.desired_kl), "desired_kl", &self.desired_kl, "0 or above")?;
         check(positive(self.max_gradient_norm), "max_gradient_norm", &self.max_gradient_norm, "above 0")?;
-        check(positive(self.initial_std), "initial_std", &self.initial_std, "above 0")
+        check(positive(self.initial_std), "initial_std", &self.initial_std, "above 0")?;
+        let fits = self.precision.available();
+        check(fits, "precision", &self.precision, "F32: this processor has no AVX-512 BF16")
     }
 }
 

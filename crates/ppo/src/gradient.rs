@@ -10,8 +10,9 @@ use policy::Mirror;
 
 use crate::{
     config::Config,
-    loss::{LossSums, Sample, Spread, kl_divergence, surrogate, value_loss},
-    network::{Activations, Architecture},
+    loss::{Gaussian, LossSums, Sample, surrogate, value_loss},
+    network::{Activations, Architecture, PackedNetwork, store_rows},
+    panels::{Precision, ROWS},
     rollout::Rollout,
 };
 
@@ -49,23 +50,47 @@ impl Networks {
     }
 }
 
+/// The arithmetic of training, in one precision: the gradient, and evaluation for the rollout.
+pub(crate) trait Engine: Send {
+    /// Takes new parameters.
+    fn load(&mut self, networks: &Networks, parameters: &[f32]);
+    /// Fills `gradient` with that of the mean loss over the samples `rows`, for the parameters loaded.
+    fn differentiate(
+        &mut self,
+        objective: Objective<'_>,
+        rollout: &Rollout,
+        rows: &[u32],
+        gradient: &mut [f32],
+    ) -> MinibatchLoss;
+    /// Mean actions (if asked for) and values of scaled observations, for the parameters loaded.
+    fn evaluate(
+        &mut self,
+        networks: &Networks,
+        observations: &[f32],
+        means: Option<&mut [f32]>,
+        values: &mut [f32],
+    );
+}
+
 /// One accumulator and its scratch memory.
 #[derive(Clone, Debug)]
-struct Slot {
-    actor: Activations,
-    critic: Activations,
+struct Slot<P: Precision> {
+    observations: Vec<f32>,
+    input: P::Panels,
+    actor: Activations<P>,
+    critic: Activations<P>,
     gradient: Vec<f32>,
     sums: LossSums,
     mirrored_action: Vec<f32>,
     mirrored_mean: Vec<f32>,
 }
 
-/// Scratch memory and result of gradient computations.
+/// Networks and scratch memory in one precision; all of it made once.
 #[derive(Clone, Debug)]
-pub(crate) struct GradientWorkspace {
-    slots: Vec<Slot>,
-    /// The gradient of the mean loss.
-    pub(crate) gradient: Vec<f32>,
+pub(crate) struct Workspace<P: Precision> {
+    actor: PackedNetwork<P>,
+    critic: PackedNetwork<P>,
+    slots: Vec<Slot<P>>,
 }
 
 /// What a minibatch showed.
@@ -88,14 +113,18 @@ pub(crate) struct MinibatchLoss {
 pub(crate) struct Objective<'a> {
     pub(crate) config: &'a Config,
     pub(crate) networks: &'a Networks,
-    pub(crate) parameters: &'a [f32],
-    pub(crate) old_log_std: &'a [f32],
+    /// The policy's noise now, and when the rollout was made.
+    pub(crate) noise: &'a Gaussian,
+    pub(crate) old_noise: &'a Gaussian,
     pub(crate) mirror: Option<&'a Mirror>,
 }
 
-impl GradientWorkspace {
+impl<P: Precision> Workspace<P> {
     pub(crate) fn new(networks: &Networks) -> Self {
+        let inputs = networks.actor.inputs();
         let slot = Slot {
+            observations: vec![0.0; TILE * inputs],
+            input: P::panels(TILE, inputs),
             actor: networks.actor.activations(TILE),
             critic: networks.critic.activations(TILE),
             gradient: vec![0.0; networks.num_parameters()],
@@ -103,15 +132,48 @@ impl GradientWorkspace {
             mirrored_action: vec![0.0; networks.actions],
             mirrored_mean: vec![0.0; networks.actions],
         };
-        Self { slots: vec![slot; SLOTS], gradient: vec![0.0; networks.num_parameters()] }
+        let (actor, critic) = (networks.actor.packed(), networks.critic.packed());
+        Self { actor, critic, slots: vec![slot; SLOTS] }
     }
 
-    /// Fills `gradient` with that of the mean loss over the samples `rows`.
-    pub(crate) fn compute(
+    /// Adds the slots in order and the entropy bonus; returns the length of the sum.
+    fn add_slots(&self, objective: Objective<'_>, gradient: &mut [f32]) -> f64 {
+        let slots = &self.slots;
+        gradient.par_chunks_mut(CHUNK).enumerate().for_each(|(i, chunk)| {
+            let start = i * CHUNK;
+            chunk.copy_from_slice(&slots[0].gradient[start..start + chunk.len()]);
+            for slot in &slots[1..] {
+                for (sum, value) in chunk.iter_mut().zip(&slot.gradient[start..]) {
+                    *sum += value;
+                }
+            }
+        });
+        // The entropy of a Gaussian is the sum of its log standard deviations and a constant.
+        let (_, _, log_std) = objective.networks.split_mut(gradient);
+        for gradient in log_std {
+            *gradient -= objective.config.entropy_coefficient;
+        }
+        let squares: Vec<f64> = gradient
+            .par_chunks(CHUNK)
+            .map(|chunk| chunk.iter().map(|&value| f64::from(value) * f64::from(value)).sum())
+            .collect();
+        squares.iter().sum::<f64>().sqrt()
+    }
+}
+
+impl<P: Precision> Engine for Workspace<P> {
+    fn load(&mut self, networks: &Networks, parameters: &[f32]) {
+        let (actor, critic, _) = networks.split(parameters);
+        networks.actor.pack(actor, &mut self.actor);
+        networks.critic.pack(critic, &mut self.critic);
+    }
+
+    fn differentiate(
         &mut self,
         objective: Objective<'_>,
         rollout: &Rollout,
         rows: &[u32],
+        gradient: &mut [f32],
     ) -> MinibatchLoss {
         let mut all = rows.to_vec();
         if objective.mirror.is_some() {
@@ -120,18 +182,19 @@ impl GradientWorkspace {
         }
         let originals = all.iter().filter(|&row| row & MIRRORED == 0).count() as f64;
         let weight = 1.0 / all.len() as f32;
-        self.slots.par_iter_mut().enumerate().for_each(|(i, slot)| {
+        let Self { actor, critic, slots } = self;
+        slots.par_iter_mut().enumerate().for_each(|(i, slot)| {
             slot.gradient.fill(0.0);
             slot.sums = LossSums::default();
             for tile in all.chunks(TILE).skip(i).step_by(SLOTS) {
-                slot.tile(objective, rollout, tile, weight);
+                slot.tile((actor, critic), objective, rollout, tile, weight);
             }
         });
         let sums = self.slots.iter().fold(LossSums::default(), |mut sum, slot| {
             sum.add(&slot.sums);
             sum
         });
-        let gradient_norm = self.add_slots(objective);
+        let gradient_norm = self.add_slots(objective, gradient);
         let count = all.len() as f64;
         MinibatchLoss {
             surrogate: sums.surrogate / count,
@@ -142,79 +205,84 @@ impl GradientWorkspace {
         }
     }
 
-    /// Adds the slots in order and the entropy bonus; returns the length of the sum.
-    fn add_slots(&mut self, objective: Objective<'_>) -> f64 {
-        let slots = &self.slots;
-        self.gradient.par_chunks_mut(CHUNK).enumerate().for_each(|(i, chunk)| {
-            let start = i * CHUNK;
-            chunk.copy_from_slice(&slots[0].gradient[start..start + chunk.len()]);
-            for slot in &slots[1..] {
-                for (sum, value) in chunk.iter_mut().zip(&slot.gradient[start..]) {
-                    *sum += value;
+    fn evaluate(
+        &mut self,
+        networks: &Networks,
+        observations: &[f32],
+        means: Option<&mut [f32]>,
+        values: &mut [f32],
+    ) {
+        let Self { actor, critic, slots } = self;
+        let (width, actions) = (networks.actor.inputs(), networks.actions);
+        let span = values.len().div_ceil(SLOTS).next_multiple_of(ROWS);
+        let mut means: Vec<Option<&mut [f32]>> = match means {
+            Some(means) => means.chunks_mut(span * actions).map(Some).collect(),
+            None => values.chunks(span).map(|_| None).collect(),
+        };
+        slots
+            .par_iter_mut()
+            .zip(observations.par_chunks(span * width))
+            .zip(means.par_iter_mut())
+            .zip(values.par_chunks_mut(span))
+            .for_each(|(((slot, observations), means), values)| {
+                for (tile, input) in observations.chunks(TILE * width).enumerate() {
+                    let (start, rows) = (tile * TILE, input.len() / width);
+                    store_rows::<P>(input, width, rows, &mut slot.input);
+                    networks.critic.forward(critic, rows, &slot.input, &mut slot.critic);
+                    values[start..start + rows].copy_from_slice(&slot.critic.output[..rows]);
+                    if let Some(means) = means {
+                        networks.actor.forward(actor, rows, &slot.input, &mut slot.actor);
+                        let output = &slot.actor.output[..rows * actions];
+                        means[start * actions..][..output.len()].copy_from_slice(output);
+                    }
                 }
-            }
-        });
-        // The entropy of a Gaussian is the sum of its log standard deviations and a constant.
-        let (_, _, log_std) = objective.networks.split_mut(&mut self.gradient);
-        for gradient in log_std {
-            *gradient -= objective.config.entropy_coefficient;
-        }
-        let squares: Vec<f64> = self
-            .gradient
-            .par_chunks(CHUNK)
-            .map(|chunk| chunk.iter().map(|&value| f64::from(value) * f64::from(value)).sum())
-            .collect();
-        squares.iter().sum::<f64>().sqrt()
+            });
     }
 }
 
-impl Slot {
+impl<P: Precision> Slot<P> {
     /// Takes one tile of rows through forward, loss and backward.
-    fn tile(&mut self, objective: Objective<'_>, rollout: &Rollout, rows: &[u32], weight: f32) {
-        let Objective { networks, parameters, .. } = objective;
+    fn tile(
+        &mut self,
+        (actor, critic): (&PackedNetwork<P>, &PackedNetwork<P>),
+        objective: Objective<'_>,
+        rollout: &Rollout,
+        rows: &[u32],
+        weight: f32,
+    ) {
+        let Objective { networks, .. } = objective;
         self.load(objective, rollout, rows);
-        let (actor, critic, log_std) = networks.split(parameters);
-        networks.actor.forward(actor, rows.len(), &mut self.actor);
-        networks.critic.forward(critic, rows.len(), &mut self.critic);
-        let spread = Spread { log_std, old_log_std: objective.old_log_std };
-        self.differentiate(objective, rollout, rows, spread, weight);
+        networks.actor.forward(actor, rows.len(), &self.input, &mut self.actor);
+        networks.critic.forward(critic, rows.len(), &self.input, &mut self.critic);
+        self.differentiate(objective, rollout, rows, weight);
         let (actor_gradient, critic_gradient, _) = networks.split_mut(&mut self.gradient);
-        networks.actor.backward(actor, rows.len(), &mut self.actor, actor_gradient);
-        networks.critic.backward(critic, rows.len(), &mut self.critic, critic_gradient);
+        networks.actor.backward(actor, rows.len(), &self.input, &mut self.actor, actor_gradient);
+        networks.critic.backward(critic, rows.len(), &self.input, &mut self.critic, critic_gradient);
     }
 
     /// Gathers the observations of the rows.
     fn load(&mut self, objective: Objective<'_>, rollout: &Rollout, rows: &[u32]) {
         let width = rollout.observation_dim;
-        let input =
-            self.actor.values[0].chunks_exact_mut(width).zip(self.critic.values[0].chunks_exact_mut(width));
-        for (&row, (actor, critic)) in rows.iter().zip(input) {
+        for (&row, gathered) in rows.iter().zip(self.observations.chunks_exact_mut(width)) {
             let sample = (row & !MIRRORED) as usize;
             let observation = &rollout.observations[sample * width..][..width];
             match objective.mirror.filter(|_| row & MIRRORED != 0) {
-                Some(mirror) => Mirror::apply(&mirror.observation, observation, actor),
-                None => actor.copy_from_slice(observation),
+                Some(mirror) => Mirror::apply(&mirror.observation, observation, gathered),
+                None => gathered.copy_from_slice(observation),
             }
-            critic.copy_from_slice(actor);
         }
+        store_rows::<P>(&self.observations, width, rows.len(), &mut self.input);
     }
 
     /// Fills the gradients of the networks' outputs.
-    fn differentiate(
-        &mut self,
-        objective: Objective<'_>,
-        rollout: &Rollout,
-        rows: &[u32],
-        spread: Spread<'_>,
-        weight: f32,
-    ) {
-        let Objective { config, networks, .. } = objective;
+    fn differentiate(&mut self, objective: Objective<'_>, rollout: &Rollout, rows: &[u32], weight: f32) {
+        let Objective { config, networks, noise, old_noise, .. } = objective;
         let actions = networks.actions;
         let (_, _, log_std_gradient) = networks.split_mut(&mut self.gradient);
-        let means = last(&self.actor.values).chunks_exact(actions);
-        let mean_gradients = last_mut(&mut self.actor.gradients).chunks_exact_mut(actions);
-        let values = last(&self.critic.values).iter();
-        let value_gradients = last_mut(&mut self.critic.gradients).iter_mut();
+        let means = self.actor.output.chunks_exact(actions);
+        let mean_gradients = self.actor.output_gradient.chunks_exact_mut(actions);
+        let values = self.critic.output.iter();
+        let value_gradients = self.critic.output_gradient.iter_mut();
         let outputs = means.zip(mean_gradients).zip(values.zip(value_gradients));
         for (&row, ((mean, mean_gradient), (&value, value_gradient))) in rows.iter().zip(outputs) {
             let i = (row & !MIRRORED) as usize;
@@ -232,9 +300,9 @@ impl Slot {
                 sample.action = &self.mirrored_action;
                 sample.old_mean = &self.mirrored_mean;
             } else {
-                self.sums.kl += f64::from(kl_divergence(sample.old_mean, mean, spread));
+                self.sums.kl += f64::from(old_noise.divergence(sample.old_mean, noise, mean));
             }
-            let sums = surrogate(config, sample, mean, spread, weight, mean_gradient, log_std_gradient);
+            let sums = surrogate(config, sample, mean, noise, weight, mean_gradient, log_std_gradient);
             self.sums.add(&sums);
             let (loss, gradient) = value_loss(config, sample, value, weight);
             self.sums.value += loss;
@@ -243,20 +311,12 @@ impl Slot {
     }
 }
 
-fn last(buffers: &[Vec<f32>]) -> &[f32] {
-    buffers.last().expect("a network has an output")
-}
-
-fn last_mut(buffers: &mut [Vec<f32>]) -> &mut [f32] {
-    buffers.last_mut().expect("a network has an output")
-}
-
 #[cfg(test)]
 mod tests {
     use spatial::{Philox, Purpose};
 
     use super::*;
-    use crate::loss::log_probability;
+    use crate::panels::Single;
 
     fn problem() -> (Config, Networks, Vec<f32>, Rollout) {
         let networks = Networks {
@@ -275,7 +335,7 @@ mod tests {
         }
         for i in 0..700 {
             let (action, mean) = (&rollout.actions[2 * i..2 * i + 2], &rollout.means[2 * i..2 * i + 2]);
-            rollout.log_probabilities[i] = log_probability(action, mean, &[-0.1; 2]);
+            rollout.log_probabilities[i] = Gaussian::new(&[-0.1; 2]).log_probability(action, mean);
             rollout.values[i] = random.uniform(-0.1, 0.1);
             rollout.advantages[i] = random.normal();
             rollout.value_targets[i] = random.uniform(-1.0, 1.0);
@@ -292,15 +352,17 @@ mod tests {
 
     fn compute(mirror: Option<&Mirror>, parameters: &[f32]) -> (MinibatchLoss, Vec<f32>, f64) {
         let (config, networks, _, rollout) = problem();
-        let objective =
-            Objective { config: &config, networks: &networks, parameters, old_log_std: &[-0.1; 2], mirror };
-        let mut workspace = GradientWorkspace::new(&networks);
-        let rows: Vec<u32> = (0..700).collect();
-        let loss = workspace.compute(objective, &rollout, &rows);
         let (_, _, log_std) = networks.split(parameters);
+        let (noise, old_noise) = (&Gaussian::new(log_std), &Gaussian::new(&[-0.1; 2]));
+        let objective = Objective { config: &config, networks: &networks, noise, old_noise, mirror };
+        let mut workspace = Workspace::<Single>::new(&networks);
+        workspace.load(&networks, parameters);
+        let mut gradient = vec![0.0; parameters.len()];
+        let rows: Vec<u32> = (0..700).collect();
+        let loss = workspace.differentiate(objective, &rollout, &rows, &mut gradient);
         let entropy: f32 = log_std.iter().sum();
         let total = loss.surrogate + loss.value - f64::from(config.entropy_coefficient * entropy);
-        (loss, workspace.gradient, total)
+        (loss, gradient, total)
     }
 
     #[test]

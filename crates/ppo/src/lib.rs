@@ -5,12 +5,17 @@
 
 mod adam;
 pub mod advantage;
+#[cfg(target_arch = "x86_64")]
+mod brain;
 pub mod config;
 mod gradient;
 mod loss;
 mod network;
+mod panels;
+#[cfg(test)]
+mod pytorch;
 mod rollout;
 mod trainer;
 
-pub use config::{Config, ConfigError};
+pub use config::{Config, ConfigError, Precision};
 pub use trainer::{Iteration, TrainError, Trainer};

@@ -34,37 +34,49 @@ impl LossSums {
     }
 }
 
-/// The policy's spread: log standard deviations now and when the rollout was made.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Spread<'a> {
-    pub(crate) log_std: &'a [f32],
-    pub(crate) old_log_std: &'a [f32],
-}
-
 const HALF_LOG_TWO_PI: f32 = 0.918_938_5;
 
-/// Logarithm of the density of a diagonal Gaussian.
-pub(crate) fn log_probability(action: &[f32], mean: &[f32], log_std: &[f32]) -> f32 {
-    let terms = action.iter().zip(mean).zip(log_std);
-    terms
-        .map(|((a, m), s)| {
-            let z = (a - m) * (-s).exp();
-            -0.5 * z * z - s - HALF_LOG_TWO_PI
-        })
-        .sum()
+/// The policy's noise: a diagonal Gaussian around the mean action.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Gaussian {
+    log_std: Vec<f32>,
+    std: Vec<f32>,
+    /// 1 / standard deviation.
+    precision: Vec<f32>,
 }
 
-/// Divergence of the new Gaussian from the old one, KL(old ‖ new).
-pub(crate) fn kl_divergence(old_mean: &[f32], mean: &[f32], spread: Spread<'_>) -> f32 {
-    let scales = spread.log_std.iter().zip(spread.old_log_std);
-    let terms = old_mean.iter().zip(mean).zip(scales);
-    terms
-        .map(|((old, new), (s, old_s))| {
-            let variance = (2.0 * s).exp();
-            let old_variance = (2.0 * old_s).exp();
-            s - old_s + (old_variance + (old - new) * (old - new)) / (2.0 * variance) - 0.5
-        })
-        .sum()
+impl Gaussian {
+    pub(crate) fn new(log_std: &[f32]) -> Self {
+        let exponentials = |sign: f32| log_std.iter().map(|s| (sign * s).exp()).collect();
+        Self { log_std: log_std.to_vec(), std: exponentials(1.0), precision: exponentials(-1.0) }
+    }
+
+    /// Standard deviations.
+    pub(crate) fn std(&self) -> &[f32] {
+        &self.std
+    }
+
+    /// Logarithm of the density.
+    pub(crate) fn log_probability(&self, action: &[f32], mean: &[f32]) -> f32 {
+        let terms = action.iter().zip(mean).zip(self.log_std.iter().zip(&self.precision));
+        terms
+            .map(|((a, m), (s, precision))| {
+                let z = (a - m) * precision;
+                -0.5 * z * z - s - HALF_LOG_TWO_PI
+            })
+            .sum()
+    }
+
+    /// Divergence of the Gaussian `other` around `other_mean` from this one around `mean`, KL(this ‖ other).
+    pub(crate) fn divergence(&self, mean: &[f32], other: &Self, other_mean: &[f32]) -> f32 {
+        (0..mean.len())
+            .map(|i| {
+                let spread = self.std[i] * self.std[i] + (mean[i] - other_mean[i]).powi(2);
+                let precision = other.precision[i];
+                other.log_std[i] - self.log_std[i] + 0.5 * spread * precision * precision - 0.5
+            })
+            .sum()
+    }
 }
 
 /// Adds the surrogate's gradient, times `weight`, to `mean_gradient` (replaced) and `log_std_gradient` (added to).
@@ -72,19 +84,19 @@ pub(crate) fn surrogate(
     config: &Config,
     sample: Sample<'_>,
     mean: &[f32],
-    spread: Spread<'_>,
+    policy: &Gaussian,
     weight: f32,
     mean_gradient: &mut [f32],
     log_std_gradient: &mut [f32],
 ) -> LossSums {
-    let log_ratio = log_probability(sample.action, mean, spread.log_std) - sample.old_log_probability;
+    let log_ratio = policy.log_probability(sample.action, mean) - sample.old_log_probability;
     let ratio = log_ratio.exp();
     let limited = ratio.clamp(1.0 - config.clip_range, 1.0 + config.clip_range);
     let (free, clipped) = (-sample.advantage * ratio, -sample.advantage * limited);
     // Where the clipped branch is the larger it is constant: no gradient.
     let slope = if free >= clipped { free * weight } else { 0.0 };
     for i in 0..mean.len() {
-        let inverse_variance = (-2.0 * spread.log_std[i]).exp();
+        let inverse_variance = policy.precision[i] * policy.precision[i];
         let deviation = sample.action[i] - mean[i];
         mean_gradient[i] = slope * deviation * inverse_variance;
         log_std_gradient[i] += slope * (deviation * deviation * inverse_variance - 1.0);
@@ -134,12 +146,12 @@ mod tests {
         let config = Config::default();
         let (mean, log_std) = ([0.2_f32, -0.7], [-0.3_f32, 0.1]);
         let loss = |mean: &[f32], log_std: &[f32], sample| {
-            let spread = Spread { log_std, old_log_std: &[0.0; 2] };
             let (mut a, mut b) = ([0.0; 2], [0.0; 2]);
-            let sums = surrogate(&config, sample, mean, spread, 1.0, &mut a, &mut b);
+            let policy = Gaussian::new(log_std);
+            let sums = surrogate(&config, sample, mean, &policy, 1.0, &mut a, &mut b);
             (sums.surrogate, a, b)
         };
-        let now = log_probability(&[0.4, -1.0], &mean, &log_std);
+        let now = Gaussian::new(&log_std).log_probability(&[0.4, -1.0], &mean);
         // Inside the range, above it, below it; for both signs of the advantage.
         for offset in [0.05, -0.5, 0.5] {
             for advantage in [1.3, -0.8] {
@@ -178,12 +190,12 @@ mod tests {
 
     #[test]
     fn divergence_of_a_policy_from_itself_is_zero_and_known_otherwise() {
-        let spread = |log_std, old_log_std| Spread { log_std, old_log_std };
-        assert_eq!(kl_divergence(&[0.3], &[0.3], spread(&[0.2], &[0.2])), 0.0);
+        let policy = |log_std: f32| Gaussian::new(&[log_std]);
+        assert!(policy(0.2).divergence(&[0.3], &policy(0.2), &[0.3]).abs() < 1e-6);
         // Equal spread σ = 1, means 1 apart: ½.
-        assert!((kl_divergence(&[0.0], &[1.0], spread(&[0.0], &[0.0])) - 0.5).abs() < 1e-6);
+        assert!((policy(0.0).divergence(&[0.0], &policy(0.0), &[1.0]) - 0.5).abs() < 1e-6);
         // Old σ = 1, new σ = 2: ln 2 + ⅛ − ½.
         let expected = 2.0_f32.ln() + 0.125 - 0.5;
-        assert!((kl_divergence(&[0.0], &[0.0], spread(&[2.0_f32.ln()], &[0.0])) - expected).abs() < 1e-6);
+        assert!((policy(0.0).divergence(&[0.0], &policy(2.0_f32.ln()), &[0.0]) - expected).abs() < 1e-6);
     }
 }

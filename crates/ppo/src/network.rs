@@ -6,9 +6,10 @@
 use policy::{
     Activation, Linear, Mlp,
     activation::{elu_in_place, elu_slope},
-    matmul::{Into, MatRef, matmul},
 };
 use spatial::{Philox, Purpose};
+
+use crate::panels::{LANES, Precision, ROWS, Tile, Weights, add_transposed_product, panels_of};
 
 /// Widths from input to output; ELU between the layers.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,13 +17,33 @@ pub(crate) struct Architecture {
     widths: Vec<usize>,
 }
 
-/// Rows of activations of every layer, and of their gradients.
+/// A network's parameters, arranged for products; made anew whenever they change.
 #[derive(Clone, Debug)]
-pub(crate) struct Activations {
-    /// `values[0]` is the input; one buffer a layer, `rows × width`.
-    pub(crate) values: Vec<Vec<f32>>,
-    /// Gradient of the loss with respect to `values`, from index 1 on; before the activation function.
-    pub(crate) gradients: Vec<Vec<f32>>,
+pub(crate) struct PackedNetwork<P: Precision> {
+    layers: Vec<PackedLayer<P>>,
+}
+
+#[derive(Clone, Debug)]
+struct PackedLayer<P: Precision> {
+    /// `Wᵀ`, for the forward pass.
+    forward: Weights<P>,
+    /// `W`, for the gradient of the input; empty in the first layer.
+    backward: Weights<P>,
+    /// Biases by panel.
+    bias: Vec<[f32; LANES]>,
+}
+
+/// What a forward pass leaves for the backward pass, and the gradients on their way back.
+#[derive(Clone, Debug)]
+pub(crate) struct Activations<P: Precision> {
+    /// Values of the hidden layers.
+    hidden: Vec<P::Panels>,
+    /// Gradients before the activation functions, of every layer.
+    gradients: Vec<P::Panels>,
+    /// The last layer's values, `rows × outputs`, row-major.
+    pub(crate) output: Vec<f32>,
+    /// The gradient of the loss with respect to them.
+    pub(crate) output_gradient: Vec<f32>,
 }
 
 impl Architecture {
@@ -37,10 +58,48 @@ impl Architecture {
         self.widths.windows(2).map(|w| (w[0] + 1) * w[1]).sum()
     }
 
-    /// Buffers for up to `rows` rows.
-    pub(crate) fn activations(&self, rows: usize) -> Activations {
-        let buffers = |widths: &[usize]| widths.iter().map(|width| vec![0.0; rows * width]).collect();
-        Activations { values: buffers(&self.widths), gradients: buffers(&self.widths) }
+    pub(crate) fn inputs(&self) -> usize {
+        self.widths[0]
+    }
+
+    fn outputs(&self) -> usize {
+        *self.widths.last().expect("a network has an output")
+    }
+
+    /// Buffers for up to `rows` rows, a multiple of [`ROWS`].
+    pub(crate) fn activations<P: Precision>(&self, rows: usize) -> Activations<P> {
+        let panels = |widths: &[usize]| widths.iter().map(|&width| P::panels(rows, width)).collect();
+        Activations {
+            hidden: panels(&self.widths[1..self.widths.len() - 1]),
+            gradients: panels(&self.widths[1..]),
+            output: vec![0.0; rows * self.outputs()],
+            output_gradient: vec![0.0; rows * self.outputs()],
+        }
+    }
+
+    /// Room for this network's parameters.
+    pub(crate) fn packed<P: Precision>(&self) -> PackedNetwork<P> {
+        let layer = |(i, w): (usize, &[usize])| PackedLayer {
+            forward: Weights::new(w[0], w[1]),
+            backward: if i == 0 { Weights::new(0, 0) } else { Weights::new(w[1], w[0]) },
+            bias: vec![[0.0; LANES]; panels_of(w[1])],
+        };
+        PackedNetwork { layers: self.widths.windows(2).enumerate().map(layer).collect() }
+    }
+
+    /// Arranges `parameters` for products.
+    pub(crate) fn pack<P: Precision>(&self, parameters: &[f32], packed: &mut PackedNetwork<P>) {
+        let mut rest = parameters;
+        for (i, (layer, w)) in packed.layers.iter_mut().zip(self.widths.windows(2)).enumerate() {
+            let (weight, after) = rest.split_at(w[0] * w[1]);
+            let (bias, after) = after.split_at(w[1]);
+            rest = after;
+            layer.forward.load(weight, 1, w[0]);
+            if i > 0 {
+                layer.backward.load(weight, w[0], 1);
+            }
+            layer.bias.as_flattened_mut()[..w[1]].copy_from_slice(bias);
+        }
     }
 
     /// Uniform weights and biases within ±1/√inputs of their layer (PyTorch's default for linear layers).
@@ -55,61 +114,73 @@ impl Architecture {
         }
     }
 
-    /// Evaluates the first `rows` rows of `activations.values[0]`; the result is in the last buffer.
-    pub(crate) fn forward(&self, parameters: &[f32], rows: usize, activations: &mut Activations) {
-        let mut rest = parameters;
-        let layers = self.widths.len() - 1;
-        for (layer, w) in self.widths.windows(2).enumerate() {
-            let (weight, after) = rest.split_at(w[0] * w[1]);
-            let (bias, after) = after.split_at(w[1]);
-            rest = after;
-            let (before, after) = activations.values.split_at_mut(layer + 1);
-            let output = &mut after[0][..rows * w[1]];
-            for row in output.chunks_exact_mut(w[1]) {
-                row.copy_from_slice(bias);
-            }
-            let x = MatRef::new(&before[layer], rows, w[0]);
-            let weight = MatRef::new(weight, w[1], w[0]);
-            matmul(x, weight.transposed(), Into::Accumulate, output);
-            if layer + 1 < layers {
-                elu_in_place(output);
-            }
+    /// Evaluates the first `rows` rows of `input`; rows beyond, up to the next multiple of [`ROWS`], must be there.
+    pub(crate) fn forward<P: Precision>(
+        &self,
+        network: &PackedNetwork<P>,
+        rows: usize,
+        input: &P::Panels,
+        activations: &mut Activations<P>,
+    ) {
+        let padded = rows.next_multiple_of(ROWS);
+        let outputs = self.outputs();
+        for (i, layer) in network.layers.iter().enumerate() {
+            let (before, after) = activations.hidden.split_at_mut(i);
+            let input = before.last().unwrap_or(input);
+            let output = &mut activations.output;
+            layer.forward.multiply(input, padded, |panel, row, mut tile| {
+                for values in &mut tile {
+                    values.iter_mut().zip(&layer.bias[panel]).for_each(|(value, bias)| *value += bias);
+                }
+                if let Some(hidden) = after.first_mut() {
+                    elu_in_place(tile.as_flattened_mut());
+                    P::write(hidden, panel, row, &tile);
+                } else {
+                    copy_tile(&tile, panel, row, outputs, output);
+                }
+            });
         }
     }
 
-    /// Adds to `gradient` the parameters' gradient, given that of the output in the last of
-    /// `activations.gradients`, for the rows of the last forward pass.
-    pub(crate) fn backward(
+    /// Adds to `gradient` the parameters' gradient, given `activations.output_gradient`, for the rows of the last forward
+    /// pass.
+    pub(crate) fn backward<P: Precision>(
         &self,
-        parameters: &[f32],
+        network: &PackedNetwork<P>,
         rows: usize,
-        activations: &mut Activations,
+        input: &P::Panels,
+        activations: &mut Activations<P>,
         gradient: &mut [f32],
     ) {
+        let padded = rows.next_multiple_of(ROWS);
+        let Activations { hidden, gradients, output_gradient, .. } = activations;
+        let last = gradients.last_mut().expect("a network has an output");
+        store_rows::<P>(output_gradient, self.outputs(), rows, last);
         let mut end = self.num_parameters();
         for layer in (0..self.widths.len() - 1).rev() {
             let (inputs, outputs) = (self.widths[layer], self.widths[layer + 1]);
             let start = end - (inputs + 1) * outputs;
             let (weight_gradient, bias_gradient) = gradient[start..end].split_at_mut(inputs * outputs);
-            let (before, after) = activations.gradients.split_at_mut(layer + 1);
-            let delta = &after[0][..rows * outputs];
-            for row in delta.chunks_exact(outputs) {
-                for (sum, value) in bias_gradient.iter_mut().zip(row) {
-                    *sum += value;
-                }
-            }
-            let delta = MatRef::new(delta, rows, outputs);
-            let x = MatRef::new(&activations.values[layer], rows, inputs);
-            matmul(delta.transposed(), x, Into::Accumulate, weight_gradient);
-            if layer > 0 {
-                let weight = MatRef::new(&parameters[start..], outputs, inputs);
-                let back = &mut before[layer][..rows * inputs];
-                matmul(delta, weight, Into::Replace, back);
-                for (gradient, &value) in back.iter_mut().zip(&activations.values[layer]) {
-                    *gradient *= elu_slope(value);
-                }
-            }
             end = start;
+            let (before, after) = gradients.split_at_mut(layer);
+            let delta = &after[0];
+            for (panel, sums) in bias_gradient.chunks_mut(LANES).enumerate() {
+                let column_sums = P::column_sums(delta, panel, padded);
+                sums.iter_mut().zip(column_sums).for_each(|(sum, value)| *sum += value);
+            }
+            let Some(below) = before.last_mut() else {
+                add_transposed_product::<P>((delta, outputs), (input, inputs), padded, weight_gradient);
+                return;
+            };
+            let values = &hidden[layer - 1];
+            add_transposed_product::<P>((delta, outputs), (values, inputs), padded, weight_gradient);
+            network.layers[layer].backward.multiply(delta, padded, |panel, row, mut tile| {
+                let values = P::read(values, panel, row);
+                for (gradient, value) in tile.as_flattened_mut().iter_mut().zip(values.as_flattened()) {
+                    *gradient *= elu_slope(*value);
+                }
+                P::write(below, panel, row, &tile);
+            });
         }
     }
 
@@ -167,9 +238,36 @@ impl Architecture {
     }
 }
 
+/// Copies the part of a tile that is inside a row-major matrix of `columns`.
+fn copy_tile(tile: &Tile, panel: usize, row: usize, columns: usize, matrix: &mut [f32]) {
+    let start = panel * LANES;
+    let width = LANES.min(columns - start);
+    for (values, row) in tile.iter().zip(matrix.chunks_exact_mut(columns).skip(row)) {
+        row[start..start + width].copy_from_slice(&values[..width]);
+    }
+}
+
+/// Stores the first `rows` rows of a row-major matrix, and zeros up to the next multiple of [`ROWS`].
+pub(crate) fn store_rows<P: Precision>(matrix: &[f32], columns: usize, rows: usize, panels: &mut P::Panels) {
+    for row in (0..rows).step_by(ROWS) {
+        let count = ROWS.min(rows - row);
+        for panel in 0..panels_of(columns) {
+            let start = panel * LANES;
+            let width = LANES.min(columns - start);
+            let mut tile: Tile = [[0.0; LANES]; ROWS];
+            for (i, values) in tile[..count].iter_mut().enumerate() {
+                let from = &matrix[(row + i) * columns + start..][..width];
+                values[..width].copy_from_slice(from);
+            }
+            P::write(panels, panel, row, &tile);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panels::Single;
 
     #[test]
     fn weights_go_out_and_come_back() {
@@ -195,18 +293,22 @@ mod tests {
         let input: Vec<f32> = (0..rows * 5).map(|i| (i as f32).sin()).collect();
         let weights: Vec<f32> = (0..rows * 3).map(|i| (i as f32 * 1.3).cos()).collect();
         // The loss is a weighted sum of the outputs, so its gradient with respect to them is the weights.
-        let loss = |parameters: &[f32]| {
-            let mut activations = network.activations(rows);
-            activations.values[0].copy_from_slice(&input);
-            network.forward(parameters, rows, &mut activations);
-            activations.values[3].iter().zip(&weights).map(|(y, w)| f64::from(y * w)).sum::<f64>()
+        let mut panels = Single::panels(ROWS, 5);
+        store_rows::<Single>(&input, 5, rows, &mut panels);
+        let forward = |parameters: &[f32]| {
+            let mut packed = network.packed::<Single>();
+            let mut activations = network.activations::<Single>(ROWS);
+            network.pack(parameters, &mut packed);
+            network.forward(&packed, rows, &panels, &mut activations);
+            (packed, activations)
         };
-        let mut activations = network.activations(rows);
-        activations.values[0].copy_from_slice(&input);
-        network.forward(&parameters, rows, &mut activations);
-        activations.gradients[3].copy_from_slice(&weights);
+        let loss = |parameters: &[f32]| {
+            forward(parameters).1.output.iter().zip(&weights).map(|(y, w)| f64::from(y * w)).sum::<f64>()
+        };
+        let (packed, mut activations) = forward(&parameters);
+        activations.output_gradient[..weights.len()].copy_from_slice(&weights);
         let mut gradient = vec![0.0; parameters.len()];
-        network.backward(&parameters, rows, &mut activations, &mut gradient);
+        network.backward(&packed, rows, &panels, &mut activations, &mut gradient);
         for i in 0..parameters.len() {
             let mut moved = parameters.clone();
             moved[i] += 1e-2;

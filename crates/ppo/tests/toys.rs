@@ -1,7 +1,7 @@
 //! Tasks a learner cannot fail at, and what must hold whatever the task: resuming, threads, refusals.
 
 use policy::{Checkpoint, ForwardWorkspace, Mirror, StepBuffers, VecEnv};
-use ppo::{Config, TrainError, Trainer};
+use ppo::{Config, Precision, TrainError, Trainer};
 use spatial::{Philox, Purpose};
 
 /// What the toys have in common: a state an environment, a counter, and a rule.
@@ -175,13 +175,46 @@ fn a_resumed_run_gives_the_same_bits() {
     }
 }
 
+/// Precisions of this processor.
+fn precisions() -> Vec<Precision> {
+    let all = [Precision::F32, Precision::Bf16];
+    all.into_iter()
+        .filter(|p| {
+            p.available() || {
+                eprintln!("skipped: no {p:?} here");
+                false
+            }
+        })
+        .collect()
+}
+
 #[test]
 fn threads_do_not_change_a_bit() {
-    let runs = [1, 2, 7].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| weights(3, None))
-    });
-    assert!(runs[0] == runs[1] && runs[0] == runs[2]);
+    for precision in precisions() {
+        let config = Config { precision, ..config() };
+        // Minibatches of twelve tiles, so that every thread has work.
+        let weights = || {
+            let mut trainer = Trainer::new(config.clone(), 3, Toy::new(Rule::Pendulum, 512)).unwrap();
+            (0..3).for_each(|_| drop(trainer.iterate().unwrap()));
+            trainer.checkpoint()
+        };
+        let runs = [1, 2, 7].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(weights)
+        });
+        assert!(runs[0] == runs[1] && runs[0] == runs[2], "{precision:?}");
+    }
+}
+
+#[test]
+fn every_precision_begins_with_ratios_of_one() {
+    for precision in precisions() {
+        let config = Config { precision, epochs: 1, minibatches: 1, ..config() };
+        let mut trainer = Trainer::new(config, 3, Toy::new(Rule::Echo, 64)).unwrap();
+        let first = trainer.iterate().unwrap();
+        // The rollout's log-probabilities are of the same precision as the update's.
+        assert!(first.clip_fraction == 0.0 && first.kl.abs() < 1e-6, "{precision:?}: {first:?}");
+    }
 }
 
 #[test]

@@ -10,15 +10,13 @@ use spatial::{Philox, Purpose};
 
 use crate::{
     adam::Adam,
-    config::{Config, ConfigError},
-    gradient::{GradientWorkspace, MinibatchLoss, Networks, Objective},
-    loss::log_probability,
-    network::{Activations, Architecture},
+    config::{Config, ConfigError, Precision},
+    gradient::{Engine, MinibatchLoss, Networks, Objective, Workspace},
+    loss::Gaussian,
+    network::Architecture,
+    panels::Single,
     rollout::Rollout,
 };
-
-/// Environments a thread evaluates together.
-const INFERENCE_TILE: usize = 128;
 
 /// Why training cannot begin or go on.
 #[derive(Debug, thiserror::Error)]
@@ -92,8 +90,8 @@ pub struct Trainer<E> {
     iteration: u64,
     rollout: Rollout,
     buffers: StepBuffers,
-    inference: Vec<(Activations, Activations)>,
-    gradient: GradientWorkspace,
+    engine: Box<dyn Engine>,
+    gradient: Vec<f32>,
     /// Return and length of each running episode, then those of the last mean over finished ones.
     episode_returns: Vec<f32>,
     episode_lengths: Vec<f32>,
@@ -131,15 +129,13 @@ impl<E: VecEnv> Trainer<E> {
         networks.critic.initialize(seed, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
         let mut buffers = StepBuffers::new(num_envs, observation_dim);
         env.reset(&mut buffers.observations);
-        let tiles = num_envs.div_ceil(INFERENCE_TILE);
-        let tile = (networks.actor.activations(INFERENCE_TILE), networks.critic.activations(INFERENCE_TILE));
         let mut trainer = Self {
             rollout: Rollout::new(num_envs, config.steps_per_env, observation_dim, action_dim),
             adam: Adam::new(parameters.len()),
-            gradient: GradientWorkspace::new(&networks),
+            engine: engine(config.precision, &networks),
+            gradient: vec![0.0; parameters.len()],
             learning_rate: config.learning_rate,
             observation_scale: env.observation_scale(),
-            inference: vec![tile; tiles],
             episode_returns: vec![0.0; num_envs],
             episode_lengths: vec![0.0; num_envs],
             finished: [0.0; 2],
@@ -174,6 +170,23 @@ impl<E: VecEnv> Trainer<E> {
     /// Environment steps of one iteration.
     pub fn steps_per_iteration(&self) -> u64 {
         self.rollout.samples() as u64
+    }
+
+    /// Named numbers whose distribution tells how training goes: weights, and what the last rollout held.
+    pub fn distributions(&self) -> Vec<(String, Vec<f32>)> {
+        let (actor, critic, log_std) = self.networks.split(&self.parameters);
+        let rollout = &self.rollout;
+        [
+            ("weights/actor", actor.to_vec()),
+            ("weights/critic", critic.to_vec()),
+            ("policy/std", log_std.iter().map(|s| s.exp()).collect()),
+            ("rollout/actions", rollout.actions.clone()),
+            ("rollout/rewards", rollout.rewards.clone()),
+            ("rollout/values", rollout.values.clone()),
+            ("rollout/value_targets", rollout.value_targets.clone()),
+        ]
+        .map(|(name, values)| (name.to_owned(), values))
+        .into()
     }
 
     /// The mean policy, taking raw observations, its outputs limited as the environments say.
@@ -223,6 +236,7 @@ impl<E: VecEnv> Trainer<E> {
 
     /// Steps all environments; returns the time spent in the networks \[s\].
     fn collect(&mut self) -> Result<f64, TrainError> {
+        self.engine.load(&self.networks, &self.parameters);
         let mut inference_s = 0.0;
         let mut ended = [0.0_f64; 3];
         for step in 0..self.config.steps_per_env {
@@ -246,9 +260,9 @@ impl<E: VecEnv> Trainer<E> {
             self.value_truncated(step);
             self.store_observations(step + 1);
         }
-        let steps = self.config.steps_per_env;
-        let next: Vec<f32> = self.evaluate_critic(steps);
-        self.rollout.next_values.copy_from_slice(&next);
+        let width = self.rollout.observation_dim;
+        let last = &self.rollout.observations[self.rollout.samples() * width..];
+        self.engine.evaluate(&self.networks, last, None, &mut self.rollout.next_values);
         if ended[2] > 0.0 {
             self.finished = [(ended[0] / ended[2]) as f32, (ended[1] / ended[2]) as f32];
         }
@@ -274,68 +288,28 @@ impl<E: VecEnv> Trainer<E> {
 
     /// Evaluates both networks on the observations of a step and draws actions.
     fn act(&mut self, step: usize) {
-        let (actor, critic, log_std) = self.networks.split(&self.parameters);
-        let networks = &self.networks;
+        let noise = Gaussian::new(self.networks.split(&self.parameters).2);
         let range = self.rollout.step(step);
         let rollout = &mut self.rollout;
         let (width, actions) = (rollout.observation_dim, rollout.action_dim);
         let observations = &rollout.observations[range.start * width..range.end * width];
+        let span = range.start * actions..range.end * actions;
+        let (means, drawn) = (&mut rollout.means[span.clone()], &mut rollout.actions[span]);
+        let values = &mut rollout.values[range.clone()];
+        self.engine.evaluate(&self.networks, observations, Some(&mut *means), values);
         let (seed, iteration) = (self.seed, self.iteration as u32);
-        self.inference
-            .par_iter_mut()
-            .zip(observations.par_chunks(INFERENCE_TILE * width))
-            .zip(rollout.means[range.start * actions..].par_chunks_mut(INFERENCE_TILE * actions))
-            .zip(rollout.actions[range.start * actions..].par_chunks_mut(INFERENCE_TILE * actions))
-            .zip(rollout.values[range.clone()].par_chunks_mut(INFERENCE_TILE))
-            .zip(rollout.log_probabilities[range].par_chunks_mut(INFERENCE_TILE))
+        drawn
+            .par_chunks_mut(actions)
+            .zip(means.par_chunks(actions))
+            .zip(&mut rollout.log_probabilities[range])
             .enumerate()
-            .for_each(|(tile, (((((scratch, input), means), drawn), values), log_probabilities))| {
-                let rows = values.len();
-                for activations in [&mut scratch.0, &mut scratch.1] {
-                    activations.values[0][..input.len()].copy_from_slice(input);
+            .for_each(|(env, ((action, mean), log_probability))| {
+                let mut random = Philox::new(seed, env, iteration, step as u32, Purpose::Action);
+                for ((action, mean), std) in action.iter_mut().zip(mean).zip(noise.std()) {
+                    *action = mean + std * random.normal();
                 }
-                networks.actor.forward(actor, rows, &mut scratch.0);
-                networks.critic.forward(critic, rows, &mut scratch.1);
-                let output = scratch.0.values.last().expect("a network has an output");
-                means[..rows * actions].copy_from_slice(&output[..rows * actions]);
-                let output = scratch.1.values.last().expect("a network has an output");
-                values.copy_from_slice(&output[..rows]);
-                for row in 0..rows {
-                    let env = tile * INFERENCE_TILE + row;
-                    let mut random = Philox::new(seed, env, iteration, step as u32, Purpose::Action);
-                    let mean = &means[row * actions..][..actions];
-                    let action = &mut drawn[row * actions..][..actions];
-                    for ((action, mean), log_std) in action.iter_mut().zip(mean).zip(log_std) {
-                        *action = mean + log_std.exp() * random.normal();
-                    }
-                    log_probabilities[row] = log_probability(action, mean, log_std);
-                }
+                *log_probability = noise.log_probability(action, mean);
             });
-    }
-
-    /// Values of the observations before a step (or after the last).
-    fn evaluate_critic(&mut self, step: usize) -> Vec<f32> {
-        let observations = self.rollout.observations_at(step).to_vec();
-        self.values_of(&observations)
-    }
-
-    /// Values of scaled observations.
-    fn values_of(&mut self, observations: &[f32]) -> Vec<f32> {
-        let (_, critic, _) = self.networks.split(&self.parameters);
-        let width = self.rollout.observation_dim;
-        let networks = &self.networks;
-        let mut values = vec![0.0; observations.len() / width];
-        self.inference
-            .par_iter_mut()
-            .zip(observations.par_chunks(INFERENCE_TILE * width))
-            .zip(values.par_chunks_mut(INFERENCE_TILE))
-            .for_each(|((scratch, input), values)| {
-                scratch.1.values[0][..input.len()].copy_from_slice(input);
-                networks.critic.forward(critic, values.len(), &mut scratch.1);
-                let output = scratch.1.values.last().expect("a network has an output");
-                values.copy_from_slice(&output[..values.len()]);
-            });
-        values
     }
 
     /// Values the true last states of episodes that were cut short.
@@ -351,7 +325,9 @@ impl<E: VecEnv> Trainer<E> {
             observations.extend(row.iter().zip(&self.observation_scale).map(|(raw, scale)| raw * scale));
         }
         let start = self.rollout.step(step).start;
-        for (env, value) in cut.into_iter().zip(self.values_of(&observations)) {
+        let mut values = vec![0.0; cut.len()];
+        self.engine.evaluate(&self.networks, &observations, None, &mut values);
+        for (env, value) in cut.into_iter().zip(values) {
             self.rollout.last_values[start + env] = value;
         }
     }
@@ -373,7 +349,7 @@ impl<E: VecEnv> Trainer<E> {
     fn update(&mut self) -> Result<Vec<MinibatchLoss>, TrainError> {
         let samples = self.rollout.samples();
         let config = self.config.at(self.iteration);
-        let old_log_std = self.networks.split(&self.parameters).2.to_vec();
+        let old_noise = Gaussian::new(self.networks.split(&self.parameters).2);
         let mut losses = Vec::with_capacity(config.epochs * config.minibatches);
         for epoch in 0..config.epochs {
             let order = self.shuffled(samples, epoch);
@@ -382,11 +358,12 @@ impl<E: VecEnv> Trainer<E> {
                 let objective = Objective {
                     config: &config,
                     networks: &self.networks,
-                    parameters: &self.parameters,
-                    old_log_std: &old_log_std,
+                    noise: &Gaussian::new(self.networks.split(&self.parameters).2),
+                    old_noise: &old_noise,
                     mirror: self.mirror.as_ref(),
                 };
-                let loss = self.gradient.compute(objective, &self.rollout, rows);
+                self.engine.load(&self.networks, &self.parameters);
+                let loss = self.engine.differentiate(objective, &self.rollout, rows, &mut self.gradient);
                 if !(loss.surrogate + loss.value).is_finite() {
                     return Err(self.non_finite("the loss"));
                 }
@@ -395,7 +372,7 @@ impl<E: VecEnv> Trainer<E> {
                 }
                 self.adapt_learning_rate(loss.kl, config.desired_kl);
                 let scale = (f64::from(config.max_gradient_norm) / loss.gradient_norm).min(1.0) as f32;
-                self.adam.step(&mut self.parameters, &self.gradient.gradient, scale, self.learning_rate);
+                self.adam.step(&mut self.parameters, &self.gradient, scale, self.learning_rate);
                 losses.push(loss);
             }
         }
@@ -421,5 +398,14 @@ impl<E: VecEnv> Trainer<E> {
             order.swap(i, random.below(i as u32 + 1) as usize);
         }
         order
+    }
+}
+
+/// The arithmetic of a precision; the settings were checked for what this processor can.
+fn engine(precision: Precision, networks: &Networks) -> Box<dyn Engine> {
+    match precision {
+        #[cfg(target_arch = "x86_64")]
+        Precision::Bf16 => Box::new(Workspace::<crate::brain::Brain>::new(networks)),
+        _ => Box::new(Workspace::<Single>::new(networks)),
     }
 }
