@@ -126,6 +126,11 @@ impl Squad {
         self.groups[robot / GROUP].base_motion(robot % GROUP)
     }
 
+    /// Appends a robot's pose to `out`: position of the base \[m\], its attitude as w, x, y, z, joint positions \[rad\].
+    pub fn write_pose(&self, robot: usize, out: &mut Vec<f32>) {
+        self.groups[robot / GROUP].write_pose(robot % GROUP, out);
+    }
+
     /// Whether a robot's base touched the ground in the last control step, or it is tilted beyond return, or its state is no
     /// longer made of numbers.
     pub fn has_fallen(&self, robot: usize) -> bool {
