@@ -13,6 +13,7 @@ pub mod policies;
 pub mod progress;
 pub mod run_config;
 pub mod run_folder;
+pub mod server;
 pub mod tensorboard;
 pub mod training;
 

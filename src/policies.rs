@@ -10,8 +10,10 @@ use crate::error::{BadInput, OrBadInput as _};
 /// The name of the policies inside the program.
 pub const SHIPPED: &str = "shipped";
 
-const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
-const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
+/// The locomotion policy inside the program.
+pub const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
+/// The supervisor inside the program.
+pub const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
 
 /// The policy in a file, or `shipped`.
 fn read(source: &str, shipped: &[u8]) -> Result<OnnxPolicy, BadInput> {

@@ -3,5 +3,6 @@
 pub(crate) mod config;
 pub(crate) mod evaluate;
 pub(crate) mod inspect;
+pub(crate) mod play;
 pub(crate) mod reproduce;
 pub(crate) mod train;

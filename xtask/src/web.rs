@@ -61,12 +61,14 @@ fn module(root: &Path) -> Result<std::path::PathBuf> {
     let home = std::env::var("CARGO_HOME")
         .or_else(|_| std::env::var("HOME").map(|home| format!("{home}/.cargo")))
         .unwrap_or_default();
-    // Messages of panics name source files: those of this machine's folders are nobody's business.
-    let flags = [
+    // Messages of panics name source files: where those are on this machine is nobody's business.
+    let mut flags = vec![
         "-Ctarget-feature=+simd128".to_owned(),
-        format!("--remap-path-prefix={home}=cargo"),
         format!("--remap-path-prefix={}=guidedog", root.display()),
     ];
+    for registry in fs::read_dir(format!("{home}/registry/src")).into_iter().flatten() {
+        flags.push(format!("--remap-path-prefix={}=crates", registry?.path().display()));
+    }
     run(Command::new(env!("CARGO"))
         .args(["build", "--locked", "--profile", "web", "--package", "guidedog-web", "--lib"])
         .args(["--target", TARGET, "--target-dir"])

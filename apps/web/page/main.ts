@@ -42,6 +42,7 @@ class Page {
   private drawnAt = 0;
   private pictures = { count: 0, since: performance.now(), rate: 0 };
   private pace = 1;
+  private readonly clock = find("clock");
   private paused = false;
   private groundAt: [number, number] | null = null;
   /** The settings that run. */
@@ -112,6 +113,8 @@ class Page {
     }
     this.arrived = performance.now();
     const frame = this.now!;
+    const told = this.paused ? "paused" : `${this.pace.toFixed(2)} × real time`;
+    this.clock.textContent = `${frame.time.toFixed(2)} s, ${told}, ${this.pictures.rate.toFixed(0)} pictures/s`;
     // A jump is a new beginning: nothing is drawn in between.
     const [a, b] = [this.before!.vector(0, "position"), frame.vector(0, "position")];
     if (this.before!.robots !== frame.robots || Math.hypot(a[0] - b[0], a[1] - b[1]) > 0.5) this.before = frame;
@@ -130,12 +133,11 @@ class Page {
     const period = (this.description.control_period_s * 1000) / this.speed;
     const share = this.paused ? 1 : Math.min((performance.now() - this.arrived) / period, 1);
     this.plane.show(this.now.force);
-    this.stage.draw(this.before, this.now, share, seconds, find<HTMLInputElement>("traces").checked);
+    const options = { traces: find<HTMLInputElement>("traces").checked, still: this.paused };
+    this.stage.draw(this.before, this.now, share, seconds, options);
     this.pictures.count += 1;
     const span = (time - this.pictures.since) / 1000;
-    if (span > 1) this.pictures = { count: 0, since: time, rate: this.pictures.count / span };
-    const pace = this.paused ? "paused" : `${this.pace.toFixed(2)} × real time`;
-    find("clock").textContent = `${this.now.time.toFixed(1)} s, ${pace}, ${this.pictures.rate.toFixed(0)} pictures/s`;
+    if (span > 2) this.pictures = { count: 0, since: time, rate: this.pictures.count / span };
   }
 
   private get speed(): number {

@@ -27,6 +27,13 @@ import { Robots } from "./robots.ts";
 
 export type View = "follow" | "side" | "top";
 
+/** A picture may take this long [ms] before the next is drawn coarser, and less than this before it is drawn finer. */
+const SLOW_MS = 45;
+const QUICK_MS = 20;
+/** Pixels drawn for one of the page: least, and most. */
+const COARSEST = 0.5;
+const FINEST = 2;
+
 const SKY = new Color(0xcfdbe6);
 const TRACE_COLORS = [0x0057b8, 0xb34700];
 const TRACE_POINTS = 3000;
@@ -50,9 +57,15 @@ export class Stage {
   private readonly focus = new Vector3();
   private heading = 0;
   private settled = false;
+  /** Without a graphics processor every pixel costs: shadows and smooth edges are left out. */
+  private readonly inSoftware: boolean;
+  private ratio: number;
+  private pictureMs = 30;
 
-  constructor(host: HTMLElement, description: Description) {
-    this.renderer = new WebGLRenderer({ antialias: true });
+  constructor(private readonly host: HTMLElement, description: Description) {
+    this.inSoftware = drawsInSoftware();
+    this.ratio = this.inSoftware ? 0.75 : Math.min(window.devicePixelRatio, FINEST);
+    this.renderer = new WebGLRenderer({ antialias: !this.inSoftware });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.toneMapping = ACESFilmicToneMapping;
@@ -61,9 +74,9 @@ export class Stage {
     this.camera.up.set(0, 0, 1);
     this.scene.background = SKY;
     this.scene.fog = new Fog(SKY, 14, 30);
-    this.scene.add(new HemisphereLight(0xeaf3ff, 0x6a6a60, 1.4));
+    this.scene.add(new HemisphereLight(0xf2f7ff, 0x8d8d80, 2.3));
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(1024, 1024);
+    this.sun.shadow.mapSize.setScalar(this.inSoftware ? 512 : 1024);
     const reach = 4;
     Object.assign(this.sun.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: 1, far: 20 });
     this.sun.shadow.normalBias = 0.02;
@@ -81,8 +94,8 @@ export class Stage {
       this.scene.add(line);
       return { line, count: 0, last: new Vector3(Infinity, 0, 0) };
     });
-    new ResizeObserver(() => this.resize(host)).observe(host);
-    this.resize(host);
+    new ResizeObserver(() => this.resize()).observe(host);
+    this.resize();
   }
 
   configure(settings: Settings): void {
@@ -112,17 +125,35 @@ export class Stage {
     this.ground.geometry = geometry;
   }
 
-  /** Draws the moment at `share` of the way from `a` to `b`; `seconds` since the picture before. */
-  draw(a: Frame, b: Frame, share: number, seconds: number, showTraces: boolean): void {
+  /** Draws the moment at `share` of the way from `a` to `b`; `seconds` since the picture before, while time stands `still` finely. */
+  draw(a: Frame, b: Frame, share: number, seconds: number, options: { traces: boolean; still: boolean }): void {
     this.robots.update(a, b, share);
     const base = new Vector3(...b.vector(0, "position"));
     const yaw = b.yaw(0);
-    this.trace(b, showTraces);
+    this.trace(b, options.traces);
     const standing = base.z - 0.55;
     if (this.handler.group.visible) this.handler.update(this.robots.handle, yaw, standing, seconds);
     this.placeArrow(b, yaw);
     this.placeCamera(base, yaw, seconds);
     this.renderer.render(this.scene, this.camera);
+    if (options.still) this.sharpen();
+    else this.adapt(seconds);
+  }
+
+  private sharpen(): void {
+    if (this.renderer.getPixelRatio() < FINEST) this.resize(FINEST);
+  }
+
+  /** Draws coarser where pictures come slowly, finer where there is time. */
+  private adapt(seconds: number): void {
+    this.pictureMs += 0.1 * (1000 * seconds - this.pictureMs);
+    const most = this.inSoftware ? 1 : Math.min(window.devicePixelRatio, FINEST);
+    const slow = this.pictureMs > SLOW_MS && this.ratio > COARSEST;
+    const quick = this.pictureMs < QUICK_MS && this.ratio < most;
+    if (!slow && !quick && this.renderer.getPixelRatio() === this.ratio) return;
+    if (slow || quick) this.ratio = Math.min(Math.max(this.ratio * (slow ? 0.8 : 1.25), COARSEST), most);
+    this.pictureMs = 0.5 * (SLOW_MS + QUICK_MS);
+    this.resize();
   }
 
   /** Where a point of the world is on the canvas, in pixels of the page. */
@@ -153,7 +184,7 @@ export class Stage {
     this.heading += turn * (this.view === "follow" ? Math.min(1, seconds * 1.5) || follow : 0);
     const { around, up, distance } = this.orbit;
     const place = {
-      follow: [this.heading + Math.PI + 0.75 + around, 0.36 + up, 4.4 * distance],
+      follow: [this.heading + Math.PI - 0.95 + around, 0.3 + up, 4.2 * distance],
       side: [-Math.PI / 2 + around, 0.16 + up, 4.6 * distance],
       top: [-Math.PI / 2 + around, Math.PI / 2 - 0.02 + Math.min(up, 0), 6.5 * distance],
     }[this.view] as [number, number, number];
@@ -188,15 +219,25 @@ export class Stage {
     });
   }
 
-  private resize(host: HTMLElement): void {
-    const { clientWidth: width, clientHeight: height } = host;
+  private resize(ratio = this.ratio): void {
+    const { clientWidth: width, clientHeight: height } = this.host;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.fov = width < height ? 58 : 42;
     this.camera.updateProjectionMatrix();
   }
+}
+
+/** Whether the browser has no graphics processor to draw with. */
+function drawsInSoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) return true;
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
 /** Concrete with a line every meter, drawn from the place in the world: no picture has to be loaded. */
