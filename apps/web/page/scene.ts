@@ -2,7 +2,6 @@
 
 import {
   ACESFilmicToneMapping,
-  ArrowHelper,
   BufferAttribute,
   BufferGeometry,
   Color,
@@ -20,6 +19,7 @@ import {
   WebGLRenderer,
 } from "three";
 
+import { Arrow } from "./arrow.ts";
 import type { Description, Settings } from "./contract.ts";
 import type { Frame } from "./frame.ts";
 import { Handler } from "./handler.ts";
@@ -37,8 +37,6 @@ const FINEST = 2;
 const SKY = new Color(0xcfdbe6);
 const TRACE_COLORS = [0x0057b8, 0xb34700];
 const TRACE_POINTS = 3000;
-/** Meters of arrow for a newton. */
-const ARROW_M_PER_N = 0.012;
 
 export class Stage {
   readonly camera = new PerspectiveCamera(45, 1, 0.05, 120);
@@ -52,7 +50,7 @@ export class Stage {
   private readonly sun = new DirectionalLight(0xffffff, 2.6);
   private readonly ground: Mesh<BufferGeometry, MeshStandardMaterial>;
   private readonly handler = new Handler();
-  private readonly arrow = new ArrowHelper(new Vector3(1, 0, 0), new Vector3(), 1, 0xd4006a, 0.14, 0.09);
+  private readonly arrow = new Arrow(0xd4006a);
   private readonly traces: { line: Line; count: number; last: Vector3 }[];
   private readonly focus = new Vector3();
   private heading = 0;
@@ -85,7 +83,7 @@ export class Stage {
     this.ground.receiveShadow = true;
     this.ground.frustumCulled = false;
     this.robots = new Robots(description);
-    this.scene.add(this.ground, this.robots.group, this.handler.group, this.arrow);
+    this.scene.add(this.ground, this.robots.group, this.handler.group, this.arrow.group);
     this.traces = TRACE_COLORS.map((color) => {
       const geometry = new BufferGeometry();
       geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * TRACE_POINTS), 3));
@@ -133,7 +131,9 @@ export class Stage {
     this.trace(b, options.traces);
     const standing = base.z - 0.55;
     if (this.handler.group.visible) this.handler.update(this.robots.handle, yaw, standing, seconds);
-    this.placeArrow(b, yaw);
+    const [x, y, z] = b.force;
+    const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
+    this.arrow.update(this.robots.handle, new Vector3(cos * x - sin * y, sin * x + cos * y, z));
     this.placeCamera(base, yaw, seconds);
     this.renderer.render(this.scene, this.camera);
     if (options.still) this.sharpen();
@@ -161,17 +161,6 @@ export class Stage {
     const p = point.clone().project(this.camera);
     const rect = this.canvas.getBoundingClientRect();
     return [rect.left + ((p.x + 1) / 2) * rect.width, rect.top + ((1 - p.y) / 2) * rect.height];
-  }
-
-  private placeArrow(frame: Frame, yaw: number): void {
-    const [x, y, z] = frame.force;
-    const strength = Math.hypot(x, y, z);
-    this.arrow.visible = strength > 1;
-    if (!this.arrow.visible) return;
-    const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
-    this.arrow.position.copy(this.robots.handle);
-    this.arrow.setDirection(new Vector3(cos * x - sin * y, sin * x + cos * y, z).divideScalar(strength));
-    this.arrow.setLength(0.1 + ARROW_M_PER_N * strength, 0.14, 0.09);
   }
 
   private placeCamera(base: Vector3, yaw: number, seconds: number): void {

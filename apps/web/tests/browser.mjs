@@ -64,7 +64,7 @@ const tests = {
   },
 
   async "obeys the four pulls"() {
-    const page = await open("", folder ? { width: 1280, height: 860 } : undefined);
+    const page = await open("", folder ? { width: 1020, height: 640 } : undefined);
     await untilTold(page, "walks", 4);
     const pulls = [
       ["-60/0", "stands", 2.5], ["0/30", "turns left", 4], ["-20/-30", "turns right", 6],
