@@ -106,9 +106,9 @@ class Page {
   private take(frames: Frame[], pace: number): void {
     this.pace = pace;
     for (const frame of frames) {
+      if (frame.time !== this.now?.time) this.recorder.take(frame);
       this.before = this.now ?? frame;
       this.now = frame;
-      this.recorder.take(frame);
       this.telling.update(frame);
     }
     this.arrived = performance.now();

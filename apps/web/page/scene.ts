@@ -59,6 +59,8 @@ export class Stage {
   private readonly inSoftware: boolean;
   private ratio: number;
   private pictureMs = 30;
+  /** What was drawn last while time stood still. */
+  private drawn = "";
 
   constructor(private readonly host: HTMLElement, description: Description) {
     this.inSoftware = drawsInSoftware();
@@ -125,6 +127,8 @@ export class Stage {
 
   /** Draws the moment at `share` of the way from `a` to `b`; `seconds` since the picture before, while time stands `still` finely. */
   draw(a: Frame, b: Frame, share: number, seconds: number, options: { traces: boolean; still: boolean }): void {
+    if (options.still && this.alreadyDrawn(b)) return;
+    if (options.still) this.sharpen();
     this.robots.update(a, b, share);
     const base = new Vector3(...b.vector(0, "position"));
     const yaw = b.yaw(0);
@@ -136,12 +140,23 @@ export class Stage {
     this.arrow.update(this.robots.handle, new Vector3(cos * x - sin * y, sin * x + cos * y, z));
     this.placeCamera(base, yaw, seconds);
     this.renderer.render(this.scene, this.camera);
-    if (options.still) this.sharpen();
-    else this.adapt(seconds);
+    if (!options.still) this.adapt(seconds);
+  }
+
+  /** Whether the picture of a moment at which time stands still is the one that is shown, finely. */
+  private alreadyDrawn(frame: Frame): boolean {
+    const { around, up, distance } = this.orbit;
+    const { clientWidth, clientHeight } = this.host;
+    const asked = [frame.time, frame.force, this.view, around, up, distance, clientWidth, clientHeight].join();
+    const same = asked === this.drawn && this.renderer.getPixelRatio() === FINEST;
+    this.drawn = asked;
+    return same;
   }
 
   private sharpen(): void {
-    if (this.renderer.getPixelRatio() < FINEST) this.resize(FINEST);
+    if (this.renderer.getPixelRatio() === FINEST) return;
+    this.resize(FINEST);
+    this.drawn = "";
   }
 
   /** Draws coarser where pictures come slowly, finer where there is time. */

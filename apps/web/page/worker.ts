@@ -74,7 +74,10 @@ function handle(message: ToWorker): void {
       return;
     }
     case "pull":
-      return simulation.pull(message.force);
+      simulation.pull(message.force);
+      // While time stands still, the pull shows all the same.
+      if (speed === 0) advance(0);
+      return;
     case "tug":
       return simulation.tug(message.force, message.duration);
     case "run":

@@ -17,7 +17,7 @@ const complaints = [];
 const host = new URL(address).host;
 
 /** The page, loaded and running. */
-async function open(query = "", viewport = { width: 900, height: 700 }) {
+async function open(query = "", viewport = { width: 980, height: 700 }) {
   const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: "reduce" });
   const page = await context.newPage();
   page.on("console", (message) => {
@@ -94,10 +94,26 @@ const tests = {
     }
   },
 
-  async "the handle itself can be dragged"() {
+  async "the handle and the plane can be dragged"() {
     const page = await open();
     await untilTold(page, "walks", 4);
-    await page.click("#pause");
+    await page.keyboard.press(" ");
+    // The pointer says where the handle is.
+    const canvas = await page.locator("#picture canvas").boundingBox();
+    const handle = await (async () => {
+      for (let y = canvas.y + 0.3 * canvas.height; y < canvas.y + 0.7 * canvas.height; y += 24)
+        for (let x = canvas.x + 0.4 * canvas.width; x < canvas.x + 0.9 * canvas.width; x += 24) {
+          await page.mouse.move(x, y);
+          if (await page.locator("#picture canvas.over").count()) return { x, y };
+        }
+      throw new Error("no handle on the picture");
+    })();
+    await page.mouse.down();
+    await page.mouse.move(handle.x + 60, handle.y + 20, { steps: 4 });
+    const pulled = Math.hypot(Number(await page.inputValue("#fx")), Number(await page.inputValue("#fy")));
+    assert.ok(pulled > 15, `the handle pulls: ${pulled} N`);
+    await page.mouse.up();
+    assert.equal(await page.inputValue("#fx"), "0");
     const box = await page.locator("#plane svg").boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height * 0.8);
     await page.mouse.down();
@@ -180,6 +196,34 @@ const tests = {
     const page = await open("?robots=64&ground=rough");
     await page.waitForFunction(() => document.querySelector("#live").textContent.includes("of 64 dogs"), null, { timeout: 60_000 });
     console.log(`  ${await page.textContent("#clock")}`);
+  },
+
+  async "has the contrast of WCAG AA"() {
+    const page = await open();
+    await page.click('[data-preset="-60/30"]');
+    await untilTold(page, "turns", 6);
+    const weak = await page.evaluate(() => {
+      const parse = (color) => color.match(/[\d.]+/g).map(Number);
+      const luminance = ([r, g, b]) => {
+        const [x, y, z] = [r, g, b].map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * x + 0.7152 * y + 0.0722 * z;
+      };
+      const behind = (element) => {
+        for (let e = element; e; e = e.parentElement) {
+          const color = parse(getComputedStyle(e).backgroundColor);
+          if (color.length === 3 || color[3] > 0.8) return color;
+        }
+        return [255, 255, 255];
+      };
+      const texts = [...document.querySelectorAll("body *")].filter((e) =>
+        [...e.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()) && e.checkVisibility() && !e.matches(":disabled, :disabled *, script, noscript, text"));
+      return texts.flatMap((e) => {
+        const [a, b] = [luminance(parse(getComputedStyle(e).color)), luminance(behind(e))].sort((x, y) => y - x);
+        const ratio = (a + 0.05) / (b + 0.05);
+        return ratio < 4.5 ? [`${e.tagName} "${e.textContent.trim().slice(0, 30)}" ${ratio.toFixed(1)}`] : [];
+      });
+    });
+    assert.deepEqual(weak, []);
   },
 
   async "fits a telephone"() {
