@@ -94,9 +94,6 @@ fn what_is_not_a_small_request_from_this_machine_is_refused() {
     // A name elsewhere that was made to point here.
     assert_eq!(server.status("GET / HTTP/1.1\r\nHost: elsewhere.example\r\n\r\n"), 403);
     assert_eq!(server.status("GET / HTTP/1.1\r\n\r\n"), 403);
-    let socket =
-        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: eA==";
-    assert_eq!(server.status(&format!("GET /live HTTP/1.1\r\nHost: {host}\r\n{socket}\r\n\r\n")), 403);
     // And it still serves.
     assert!(server.get("/").0.contains("200 OK"));
 }

@@ -6,8 +6,8 @@
 pub mod files;
 mod request;
 
-use std::io::{self, Write};
-use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
+use std::io::{self, Read as _, Write};
+use std::net::{IpAddr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -19,6 +19,8 @@ use request::{Refusal, Request};
 pub const MAX_HEAD: usize = 8192;
 /// Connections served at once; more are turned away.
 const MAX_CONNECTIONS: usize = 64;
+/// Bytes of a refused request that are still read.
+const MAX_REFUSED: u64 = 1 << 20;
 /// How long a client may take to send a request or to take an answer.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -46,11 +48,11 @@ impl Server {
         self.listener.local_addr()
     }
 
-    /// Serves until the process ends; `upgraded` takes over connections that ask for a WebSocket.
+    /// Serves until the process ends.
     ///
     /// # Errors
     /// The system does not tell the server's own address.
-    pub fn serve(self, upgraded: Option<Upgraded>) -> io::Result<()> {
+    pub fn serve(self) -> io::Result<()> {
         let loopback_only = self.address()?.ip().is_loopback();
         let open = Arc::new(AtomicUsize::new(0));
         for stream in self.listener.incoming() {
@@ -60,10 +62,10 @@ impl Server {
                 open.fetch_sub(1, Ordering::Relaxed);
                 continue;
             }
-            let (files, open, upgraded) = (self.files, open.clone(), upgraded.clone());
+            let (files, open) = (self.files, open.clone());
             std::thread::spawn(move || {
                 // A client that went away needs no answer.
-                let _ = answer(stream, files, loopback_only, upgraded.as_ref());
+                let _ = answer(stream, files, loopback_only);
                 open.fetch_sub(1, Ordering::Relaxed);
             });
         }
@@ -71,15 +73,7 @@ impl Server {
     }
 }
 
-/// Takes over a connection whose request asked for a WebSocket; given its `Sec-WebSocket-Key`.
-pub type Upgraded = Arc<dyn Fn(TcpStream, &str) + Send + Sync>;
-
-fn answer(
-    mut stream: TcpStream,
-    files: &[File],
-    loopback_only: bool,
-    upgraded: Option<&Upgraded>,
-) -> io::Result<()> {
+fn answer(mut stream: TcpStream, files: &[File], loopback_only: bool) -> io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let request = match Request::read(&mut stream)? {
@@ -89,13 +83,6 @@ fn answer(
     if loopback_only && !request.host.as_deref().is_some_and(is_loopback) {
         // A page elsewhere that had its name point here would otherwise read what is served to this machine only.
         return refuse(&mut stream, Refusal { status: "403 Forbidden", reason: "served on loopback only" });
-    }
-    if let (Some(key), Some(upgraded)) = (&request.websocket_key, upgraded) {
-        if request.path == "/live" && request.same_origin() {
-            upgraded(stream, key);
-            return Ok(());
-        }
-        return refuse(&mut stream, Refusal { status: "403 Forbidden", reason: "no WebSocket here" });
     }
     match files.iter().find(|file| file.path == request.path) {
         Some(file) => {
@@ -124,7 +111,11 @@ fn refuse(stream: &mut TcpStream, Refusal { status, reason }: Refusal) -> io::Re
         "HTTP/1.1 {status}\r\nContent-Type: text/plain; charset=utf-8\r\nContent-Length: {}\r\n{COMMON}\r\n{reason}\n",
         reason.len() + 1
     )?;
-    stream.flush()
+    stream.shutdown(Shutdown::Write)?;
+    // Hanging up on bytes that were not read would throw away the answer on its way.
+    stream.set_read_timeout(Some(Duration::from_secs(1)))?;
+    io::copy(&mut stream.take(MAX_REFUSED), &mut io::sink())?;
+    Ok(())
 }
 
 /// Whether the value of a Host header names this machine.

@@ -1,8 +1,9 @@
 //! The head of an HTTP request, and what is refused before anything is looked up.
 
 use std::io::{self, Read};
+use std::time::Instant;
 
-use super::MAX_HEAD;
+use super::{MAX_HEAD, PATIENCE};
 
 /// Most headers of a request.
 const MAX_HEADERS: usize = 64;
@@ -15,9 +16,6 @@ pub(super) struct Request {
     /// HEAD, not GET.
     pub(super) head_only: bool,
     pub(super) host: Option<String>,
-    origin: Option<String>,
-    /// Given if the request asks for a WebSocket.
-    pub(super) websocket_key: Option<String>,
 }
 
 /// An answer that is none.
@@ -32,12 +30,16 @@ impl Request {
     pub(super) fn read(stream: &mut impl Read) -> io::Result<Result<Self, Refusal>> {
         let mut head = Vec::new();
         let mut chunk = [0; 1024];
+        let began = Instant::now();
+        let too_slow = Refusal { status: "408 Request Timeout", reason: "the request did not end" };
         loop {
+            if began.elapsed() > PATIENCE {
+                return Ok(Err(too_slow));
+            }
             let count = match stream.read(&mut chunk) {
                 Ok(count) => count,
                 Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
-                    let status = "408 Request Timeout";
-                    return Ok(Err(Refusal { status, reason: "the request did not end" }));
+                    return Ok(Err(too_slow));
                 }
                 Err(error) => return Err(error),
             };
@@ -85,24 +87,7 @@ impl Request {
         if !path.starts_with('/') {
             return refuse("400 Bad Request", "the path must begin with /");
         }
-        let upgrades = value("upgrade").is_some_and(|upgrade| upgrade.eq_ignore_ascii_case("websocket"));
-        Some(Ok(Self {
-            path: path.to_owned(),
-            head_only,
-            host: value("host"),
-            origin: value("origin"),
-            websocket_key: value("sec-websocket-key").filter(|_| upgrades),
-        }))
-    }
-
-    /// Whether the page that asks came from this server.
-    pub(super) fn same_origin(&self) -> bool {
-        match (&self.origin, &self.host) {
-            (Some(origin), Some(host)) => origin.strip_prefix("http://") == Some(host),
-            // No browser leaves the origin out of a WebSocket's request.
-            (None, _) => true,
-            _ => false,
-        }
+        Some(Ok(Self { path: path.to_owned(), head_only, host: value("host") }))
     }
 }
 
@@ -123,7 +108,6 @@ mod tests {
         let request = read("GET /page.js?x=1 HTTP/1.1\r\nHost: localhost:1\r\n\r\n").unwrap();
         assert_eq!((request.path.as_str(), request.head_only), ("/page.js", false));
         assert_eq!(request.host.as_deref(), Some("localhost:1"));
-        assert!(request.websocket_key.is_none());
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     if !arguments.no_open {
         open(&address);
     }
-    server.serve(None).context("the server")?;
+    server.serve().context("the server")?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -128,7 +128,7 @@ class Page {
     requestAnimationFrame((next) => this.draw(next));
     this.gamepad.poll();
     if (!this.before || !this.now) return;
-    const seconds = Math.min((time - this.drawnAt) / 1000, 0.1);
+    const seconds = Math.min((time - this.drawnAt) / 1000, 1);
     this.drawnAt = time;
     const period = (this.description.control_period_s * 1000) / this.speed;
     const share = this.paused ? 1 : Math.min((performance.now() - this.arrived) / period, 1);

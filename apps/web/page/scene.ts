@@ -179,13 +179,13 @@ export class Stage {
   }
 
   private placeCamera(base: Vector3, yaw: number, seconds: number): void {
-    const follow = this.settled ? Math.min(1, seconds * 4) : 1;
+    const follow = this.settled ? 1 - Math.exp(-4 * seconds) : 1;
     this.settled = true;
     // Looking at the middle of dog and handler.
     const middle = new Vector3(base.x - 0.55 * Math.cos(yaw), base.y - 0.55 * Math.sin(yaw), base.z);
     this.focus.lerp(middle, follow);
     const turn = Math.atan2(Math.sin(yaw - this.heading), Math.cos(yaw - this.heading));
-    this.heading += turn * (this.view === "follow" ? Math.min(1, seconds * 1.5) || follow : 0);
+    this.heading += turn * (this.view !== "follow" ? 0 : follow < 1 ? 1 - Math.exp(-1.5 * seconds) : 1);
     const { around, up, distance } = this.orbit;
     const place = {
       follow: [this.heading + Math.PI - 0.95 + around, 0.3 + up, 4.2 * distance],

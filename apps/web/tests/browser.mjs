@@ -54,6 +54,15 @@ async function untilTold(page, words, most) {
   return took;
 }
 
+/** Downloads what was recorded: rows by column name. */
+async function recorded(page) {
+  const [file] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
+  let text = "";
+  for await (const chunk of await file.createReadStream()) text += chunk;
+  const [head, ...lines] = text.trim().split("\n").map((line) => line.split(","));
+  return lines.map((line) => Object.fromEntries(head.map((name, i) => [name, line[i]])));
+}
+
 const tests = {
   async "loads, walks, and keeps real time"() {
     const page = await open();
@@ -67,13 +76,21 @@ const tests = {
     const page = await open("", folder ? { width: 1020, height: 640 } : undefined);
     await untilTold(page, "walks", 4);
     const pulls = [
-      ["-60/0", "stands", 2.5], ["0/30", "turns left", 4], ["-20/-30", "turns right", 6],
-      ["-60/30", "turns on the spot left", 4], ["0/0", "The dog walks.", 4],
+      ["-60/0", "stands", "stop"], ["0/30", "turns left", "turn"], ["-20/-30", "turns right", "turn"],
+      ["-60/30", "turns on the spot left", "spin"], ["0/0", "The dog walks.", "walk"],
     ];
-    for (const [preset, words, most] of pulls) {
+    for (const [preset, words, behavior] of pulls) {
+      await page.click("#record");
       await page.click(`[data-preset="${preset}"]`);
-      const took = await untilTold(page, words, most);
-      console.log(`  ${preset}: "${await told(page)}" after ${took.toFixed(1)} s`);
+      await untilTold(page, words, 60);
+      await page.click("#record");
+      // The recording tells the delay in simulated time, however slowly this machine draws.
+      const rows = await recorded(page);
+      const pulled = rows.find((row) => `${Number(row.force_x_n)}/${Number(row.force_y_n)}` === preset);
+      const obeyed = rows.find((row) => Number(row.time_s) >= Number(pulled.time_s) && row.behavior === behavior && row.table_two === behavior);
+      const took = obeyed.time_s - pulled.time_s;
+      console.log(`  ${preset}: "${await told(page)}" after ${took.toFixed(2)} s`);
+      assert.ok(took <= 2, `${preset} obeyed after ${took} s`);
       if (preset === "-60/0") {
         await simulate(page, 1);
         assert.ok(Math.abs(await figure(page, 1, 2)) < 0.15, "it stands still");
@@ -183,13 +200,10 @@ const tests = {
     await page.click("#record");
     await simulate(page, 1);
     await page.click("#record");
-    const [file] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
-    let text = "";
-    for await (const chunk of await file.createReadStream()) text += chunk;
-    const lines = text.trim().split("\n");
-    assert.match(lines[0], /^time_s,force_x_n,/);
-    assert.ok(lines.length > 45, `${lines.length} lines`);
-    assert.equal(lines[1].split(",").length, lines[0].split(",").length);
+    const rows = await recorded(page);
+    assert.ok(rows.length > 45, `${rows.length} rows`);
+    assert.ok(rows.every((row, i) => i === 0 || Math.abs(row.time_s - rows[i - 1].time_s - 0.02) < 1e-6), "a row every 0.02 s");
+    assert.ok(rows.every((row) => Object.values(row).every((value) => value !== undefined && value !== "")), "no empty cell");
   },
 
   async "a herd of 64 on rough ground"() {
