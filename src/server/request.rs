@@ -44,13 +44,13 @@ impl Request {
                 Err(error) => return Err(error),
             };
             head.extend_from_slice(&chunk[..count]);
+            if head.len() > MAX_HEAD {
+                let status = "431 Request Header Fields Too Large";
+                return Ok(Err(Refusal { status, reason: "the request is longer than 8192 bytes" }));
+            }
             match Self::parse(&head) {
                 Some(done) => return Ok(done),
                 None if count == 0 => return Err(io::ErrorKind::UnexpectedEof.into()),
-                None if head.len() > MAX_HEAD => {
-                    let status = "431 Request Header Fields Too Large";
-                    return Ok(Err(Refusal { status, reason: "the request is longer than 8192 bytes" }));
-                }
                 None => {}
             }
         }

@@ -87,7 +87,8 @@ const tests = {
       // The recording tells the delay in simulated time, however slowly this machine draws.
       const rows = await recorded(page);
       const pulled = rows.find((row) => `${Number(row.force_x_n)}/${Number(row.force_y_n)}` === preset);
-      const obeyed = rows.find((row) => Number(row.time_s) >= Number(pulled.time_s) && row.behavior === behavior && row.table_two === behavior);
+      const rightWay = (row) => Number(row.force_y_n) === 0 || Number(row.force_y_n) * row.velocity_yaw_radps > 0;
+      const obeyed = rows.find((row) => Number(row.time_s) >= Number(pulled.time_s) && row.behavior === behavior && row.table_two === behavior && rightWay(row));
       const took = obeyed.time_s - pulled.time_s;
       console.log(`  ${preset}: "${await told(page)}" after ${took.toFixed(2)} s`);
       assert.ok(took <= 2, `${preset} obeyed after ${took} s`);
