@@ -15,6 +15,7 @@ pub mod progress;
 pub mod result_tables;
 pub mod run_config;
 pub mod run_folder;
+pub mod server;
 pub mod tensorboard;
 pub mod training;
 

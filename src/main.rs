@@ -7,7 +7,7 @@ use guidedog::error::{BadInput, with_causes};
 
 mod verbs;
 
-use verbs::{config, evaluate, inspect, picture, reproduce, train};
+use verbs::{config, evaluate, inspect, picture, play, reproduce, train};
 
 /// Trains, judges and shows a robotic guide dog that understands the pull of a hand on its harness.
 #[derive(Debug, Parser)]
@@ -23,6 +23,7 @@ Examples:
   guidedog train locomotion --name walk      train the walking policy into runs/walk
   guidedog train supervisor --name guide     train its supervisor
   guidedog evaluate                          judge the shipped policies on seventeen pulls
+  guidedog play                              the dog in a browser: take the handle
   guidedog inspect robot                     ANYmal D with its harness";
 
 #[derive(Debug, Subcommand)]
@@ -32,6 +33,7 @@ enum Verb {
     Evaluate(evaluate::Arguments),
     Picture(picture::Arguments),
     Config(config::Arguments),
+    Play(play::Arguments),
     Inspect(inspect::Arguments),
 }
 
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Picture(arguments) => picture::run(&arguments),
         Verb::Config(arguments) => config::run(&arguments),
+        Verb::Play(arguments) => play::run(&arguments),
         Verb::Inspect(arguments) => inspect::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -10,8 +10,10 @@ use crate::error::{BadInput, OrBadInput as _};
 /// The name of the policies inside the program.
 pub const SHIPPED: &str = "shipped";
 
-const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
-const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
+/// The locomotion policy inside the program.
+pub const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
+/// The supervisor inside the program.
+pub const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
 
 /// Checksum of both shipped policies, by which results of others are told from theirs.
 pub fn shipped_checksum() -> u32 {

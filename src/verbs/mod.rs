@@ -4,5 +4,6 @@ pub(crate) mod config;
 pub(crate) mod evaluate;
 pub(crate) mod inspect;
 pub(crate) mod picture;
+pub(crate) mod play;
 pub(crate) mod reproduce;
 pub(crate) mod train;

@@ -138,6 +138,11 @@ impl Squad {
         centers.iter().map(|center| center.get(robot % GROUP).map(|x| x as f32)).collect()
     }
 
+    /// Appends a robot's pose to `out`: position of the base \[m\], its attitude as w, x, y, z, joint positions \[rad\].
+    pub fn write_pose(&self, robot: usize, out: &mut Vec<f32>) {
+        self.groups[robot / GROUP].write_pose(robot % GROUP, out);
+    }
+
     /// Whether a robot's base touched the ground in the last control step, or it is tilted beyond return, or its state is no
     /// longer made of numbers.
     pub fn has_fallen(&self, robot: usize) -> bool {

@@ -43,6 +43,14 @@ impl Group {
             yaw: a.y.atan2(a.x) as f32,
         }
     }
+
+    /// Appends a robot's pose to `out`: position of the base \[m\], its attitude as w, x, y, z, joint positions \[rad\].
+    pub fn write_pose(&self, lane: usize, out: &mut Vec<f32>) {
+        let state = &self.block.state;
+        out.extend(state.base_position.get(lane).map(|x| x as f32));
+        out.extend(state.base_orientation.get(lane).map(|q| q as f32));
+        out.extend(state.joint_position.iter().map(|q| q.as_array()[lane]));
+    }
 }
 
 impl Simulation {

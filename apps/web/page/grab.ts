@@ -1,0 +1,76 @@
+// Dragging: near the handle it pulls, elsewhere it turns the camera; the wheel goes nearer.
+
+import { Plane as GeometryPlane, Raycaster, Vector2, Vector3 } from "three";
+
+import type { Pull } from "./pull.ts";
+import type { Stage } from "./scene.ts";
+
+/** How near the handle a pointer takes it [px]; fingers are wider. */
+const REACH_PX = { mouse: 26, touch: 44 };
+/** Pull for a meter the pointer is away from where it took the handle [N/m]. */
+const NEWTONS_PER_METER = 130;
+
+export function bindGrab(stage: Stage, pull: Pull, heading: () => number, keeps: () => boolean): void {
+  const { canvas, orbit } = stage;
+  const raycaster = new Raycaster();
+  const level = new GeometryPlane();
+  let taken = false;
+  let turning: { x: number; y: number } | null = null;
+  let held: Vector3 | null = null;
+
+  const near = (event: PointerEvent) => {
+    const [x, y] = stage.project(stage.robots.handle);
+    return Math.hypot(event.clientX - x, event.clientY - y) < (event.pointerType === "touch" ? REACH_PX.touch : REACH_PX.mouse);
+  };
+  /** The point under the pointer on a level plane through the handle. */
+  const under = (event: PointerEvent): Vector3 | null => {
+    const rect = canvas.getBoundingClientRect();
+    const spot = new Vector2(((event.clientX - rect.left) / rect.width) * 2 - 1, 1 - ((event.clientY - rect.top) / rect.height) * 2);
+    raycaster.setFromCamera(spot, stage.camera);
+    level.setFromNormalAndCoplanarPoint(new Vector3(0, 0, 1), stage.robots.handle);
+    return raycaster.ray.intersectPlane(level, new Vector3());
+  };
+
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    taken = near(event);
+    if (taken) {
+      const point = under(event);
+      held = point?.sub(stage.robots.handle) ?? null;
+    } else {
+      turning = { x: event.clientX, y: event.clientY };
+    }
+    canvas.classList.toggle("pulling", taken);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (taken && held) {
+      const point = under(event);
+      if (!point) return;
+      const away = point.sub(stage.robots.handle).sub(held).multiplyScalar(NEWTONS_PER_METER);
+      const [sin, cos] = [Math.sin(heading()), Math.cos(heading())];
+      pull.set([cos * away.x + sin * away.y, cos * away.y - sin * away.x, pull.force[2]], "handle");
+    } else if (turning) {
+      orbit.around -= (event.clientX - turning.x) * 0.007;
+      orbit.up += (event.clientY - turning.y) * 0.005;
+      turning = { x: event.clientX, y: event.clientY };
+    } else {
+      canvas.classList.toggle("over", near(event));
+    }
+  });
+  const end = () => {
+    if (taken && !keeps()) pull.release("handle");
+    taken = false;
+    turning = null;
+    canvas.classList.remove("pulling");
+  };
+  canvas.addEventListener("pointerup", end);
+  canvas.addEventListener("pointercancel", end);
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      orbit.distance = Math.min(Math.max(orbit.distance * Math.exp(event.deltaY * 0.001), 0.4), 5);
+    },
+    { passive: false },
+  );
+}

@@ -1,0 +1,83 @@
+// The visitor's pull: set by sliders, plane, keys, presets, gamepad or the handle itself, all the same.
+
+import type { Description, Vector } from "./contract.ts";
+
+type Listener = (force: Vector, source: string) => void;
+
+export class Pull {
+  force: Vector = [0, 0, 0];
+  private readonly listeners: Listener[] = [];
+
+  constructor(private readonly description: Description) {}
+
+  listen(listener: Listener): void {
+    this.listeners.push(listener);
+  }
+
+  /** Sets the pull [N], within limits. */
+  set(force: Vector, source: string): void {
+    const { force_low_n: low, force_high_n: high } = this.description;
+    this.force = force.map((f, axis) => Math.min(Math.max(f, low[axis]!), high[axis]!)) as Vector;
+    for (const listener of this.listeners) listener(this.force, source);
+  }
+
+  add(x: number, y: number, source: string): void {
+    this.set([this.force[0] + x, this.force[1] + y, this.force[2]], source);
+  }
+
+  release(source: string): void {
+    this.set([0, 0, 0], source);
+  }
+}
+
+/** "60 N back, 30 N left". */
+export function inWords([x, y, z]: Vector): string {
+  const part = (value: number, more: string, less: string) =>
+    Math.abs(value) < 0.5 ? [] : [`${Math.abs(value).toFixed(0)} N ${value > 0 ? more : less}`];
+  const parts = [...part(x, "forward", "back"), ...part(y, "left", "right"), ...part(z, "up", "down")];
+  return parts.length > 0 ? parts.join(", ") : "no pull";
+}
+
+/** Keys for the handle and the clock, wherever they are pressed but in a field that uses them itself. */
+export function bindKeys(pull: Pull, actions: { pause(): void; step(): void; reset(): void; preset(index: number): void }): void {
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const target = event.target as HTMLElement;
+    const tag = target.tagName;
+    const amount = event.shiftKey ? 1 : 5;
+    const arrows: Record<string, [number, number]> = {
+      ArrowUp: [amount, 0],
+      ArrowDown: [-amount, 0],
+      ArrowLeft: [0, amount],
+      ArrowRight: [0, -amount],
+    };
+    const arrow = arrows[event.key];
+    if (arrow && tag !== "INPUT" && tag !== "SELECT") pull.add(...arrow, "keys");
+    else if (event.key === "Escape") pull.release("keys");
+    else if (tag === "INPUT" || tag === "SELECT") return;
+    else if (event.key === " " && tag !== "BUTTON") actions.pause();
+    else if (event.key === ".") actions.step();
+    else if (event.key === "r") actions.reset();
+    else if (/^[1-9]$/.test(event.key)) actions.preset(Number(event.key) - 1);
+    else return;
+    event.preventDefault();
+  });
+}
+
+/** A gamepad's left stick pulls while it is out of its middle. */
+export class Gamepad {
+  private pulling = false;
+
+  constructor(private readonly pull: Pull, private readonly description: Description) {}
+
+  poll(): void {
+    const pad = navigator.getGamepads?.().find((found) => found !== null);
+    if (!pad) return;
+    const [right = 0, down = 0] = pad.axes;
+    const away = Math.hypot(right, down) > 0.15;
+    const { force_low_n: low, force_high_n: high } = this.description;
+    if (away) this.pull.set([down > 0 ? down * low[0] : -down * high[0], -right * high[1], 0], "gamepad");
+    else if (this.pulling) this.pull.release("gamepad");
+    this.pulling = away;
+  }
+}

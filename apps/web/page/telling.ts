@@ -1,0 +1,127 @@
+// What the dog understands, in figures and in words.
+
+import type { Description, Mind } from "./contract.ts";
+import { find, make } from "./dom.ts";
+import type { Frame } from "./frame.ts";
+import { inWords } from "./pull.ts";
+
+/** Time between two updates of the figures [ms]: faster nobody reads. */
+const FIGURES_MS = 100;
+/** A behavior is announced when it has lasted this long [s]. */
+const SETTLED_S = 0.4;
+const SPEEDS = [
+  { name: "ahead, m/s", most: 1.2 },
+  { name: "left, m/s", most: 0.4 },
+  { name: "turn, rad/s", most: 1.5 },
+];
+const DOES: Record<string, string> = { walk: "walks", stop: "stands", turn: "walks and turns", spin: "turns on the spot" };
+
+export class Telling {
+  private readonly live = find("live");
+  private readonly labels = find("labels");
+  private readonly rows: { commanded: HTMLElement; actual: HTMLElement; bars: SVGElement[] }[];
+  private shownAt = 0;
+  private told = { words: "", since: 0 };
+  private minds: readonly Mind[] = ["learned"];
+
+  /** `announce` is told the words of each change. */
+  constructor(private readonly description: Description, private readonly announce: (words: string, behavior: string) => void) {
+    const body = find("speeds").querySelector("tbody")!;
+    this.rows = SPEEDS.map(({ name }) => {
+      const row = make("tr");
+      const head = make("th", name);
+      head.scope = "row";
+      const [commanded, actual, picture] = [make("td", "", "number"), make("td", "", "number"), make("td")];
+      picture.innerHTML = `<svg viewBox="-50 0 100 14" aria-hidden="true"><line x1="0" x2="0" y1="0" y2="14" stroke="#5b6874" stroke-width="0.5"/><rect y="2" height="4" fill="#6b7a88"/><rect y="8" height="4" fill="#0050a8"/></svg>`;
+      row.append(head, commanded, actual, picture);
+      body.append(row);
+      return { commanded, actual, bars: [...picture.querySelectorAll("rect")] };
+    });
+  }
+
+  configure(minds: readonly Mind[]): void {
+    this.minds = minds;
+  }
+
+  update(frame: Frame): void {
+    this.tell(frame);
+    const now = performance.now();
+    if (now - this.shownAt < FIGURES_MS) return;
+    this.shownAt = now;
+    this.figures(frame);
+  }
+
+  private name(index: number): string {
+    return this.description.behaviors[index]!;
+  }
+
+  /** Speaks of a change once it has settled. */
+  private tell(frame: Frame): void {
+    const { words, behavior } = this.words(frame);
+    if (frame.time < this.told.since) this.told.since = frame.time;
+    if (words === this.told.words) {
+      this.told.since = frame.time;
+    } else if (frame.time - this.told.since > SETTLED_S) {
+      this.told = { words, since: frame.time };
+      this.live.textContent = words;
+      this.announce(words, behavior);
+    }
+  }
+
+  private words(frame: Frame): { words: string; behavior: string } {
+    const meant = this.name(frame.meant);
+    if (frame.robots > 2) {
+      const obey = Array.from({ length: frame.robots }, (_, i) => frame.value(i, "behavior")).filter((b) => b === frame.meant).length;
+      const share = Math.round((10 * obey) / frame.robots) * 10;
+      return { words: `About ${share} % of ${frame.robots} dogs ${meant}.`, behavior: meant };
+    }
+    const does = (robot: number) => {
+      if (frame.value(robot, "fallen") > 0) return { behavior: "fallen", text: "has fallen" };
+      const behavior = this.name(frame.value(robot, "behavior"));
+      const turns = behavior === "turn" || behavior === "spin";
+      const side = frame.vector(robot, "velocity")[2] > 0 ? " left" : " right";
+      const wanted = frame.force[1] !== 0 ? (frame.force[1] > 0 ? " left" : " right") : side;
+      return { behavior, text: DOES[behavior]! + (turns ? (meant === "turn" || meant === "spin" ? wanted : side) : "") };
+    };
+    const first = does(0);
+    if (frame.robots === 1) return { words: `The dog ${first.text}.`, behavior: first.behavior };
+    return { words: `${this.minds[0]} ${first.text}, ${this.minds[1]} ${does(1).text}.`, behavior: first.behavior };
+  }
+
+  private figures(frame: Frame): void {
+    const meant = this.name(frame.meant);
+    const rows: [string, string, string][] = [
+      ["The pull", inWords(frame.force), ""],
+      ["Table II says", meant, meant],
+    ];
+    if (frame.robots <= 2) {
+      for (let robot = 0; robot < frame.robots; robot++) {
+        const fallen = frame.value(robot, "fallen") > 0;
+        const behavior = this.name(frame.value(robot, "behavior"));
+        const who = frame.robots === 1 ? "The dog" : `The dog (${this.minds[robot]})`;
+        rows.push([`${who} does`, fallen ? "fallen" : behavior, fallen ? "stop" : behavior]);
+        const drift = (frame.value(robot, "heading_drift") * 180) / Math.PI;
+        rows.push(["Heading drift", `${drift.toFixed(1)}° since the pull changed, 10 s at most`, ""]);
+      }
+    } else {
+      const counts = this.description.behaviors.map(() => 0);
+      for (let robot = 0; robot < frame.robots; robot++) counts[frame.value(robot, "behavior")]! += 1;
+      rows.push(["The herd", this.description.behaviors.map((name, i) => `${name} ${counts[i]}`).join(", "), ""]);
+    }
+    this.labels.replaceChildren(
+      ...rows.flatMap(([term, value, behavior]) => [make("dt", term), make("dd", value, behavior ? `behavior ${behavior}` : "")]),
+    );
+    const [command, velocity] = [frame.vector(0, "command"), frame.vector(0, "velocity")];
+    this.rows.forEach(({ commanded, actual, bars }, i) => {
+      commanded.textContent = command[i]!.toFixed(2);
+      actual.textContent = velocity[i]!.toFixed(2);
+      // Left on the page is left of the dog.
+      const sign = i === 0 ? 1 : -1;
+      [command[i]!, velocity[i]!].forEach((value, bar) => {
+        const end = Math.max(-50, Math.min(50, (50 * sign * value) / SPEEDS[i]!.most));
+        bars[bar]!.setAttribute("x", String(Math.min(0, end)));
+        bars[bar]!.setAttribute("width", String(Math.abs(end)));
+      });
+    });
+  }
+}

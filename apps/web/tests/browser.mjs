@@ -1,0 +1,270 @@
+// The real page in a real browser: `apps/web/tests/browser.sh` starts the program and this.
+//
+// usage: node browser.mjs ADDRESS [FOLDER]   with a folder, pictures of the four behaviors are left there.
+
+import assert from "node:assert/strict";
+import { chromium } from "playwright-core";
+
+const [address, folder] = process.argv.slice(2);
+const browser = await chromium.launch({
+  executablePath: process.env["CHROMIUM"] ?? "/usr/bin/chromium",
+  args: [
+    "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic",
+  ],
+});
+const complaints = [];
+const host = new URL(address).host;
+
+/** The page, loaded and running. */
+async function open(query = "", viewport = { width: 980, height: 700 }) {
+  const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: "reduce" });
+  const page = await context.newPage();
+  page.on("console", (message) => {
+    if (message.type() === "error") complaints.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => complaints.push(`page: ${error.message}`));
+  page.on("request", (request) => {
+    const url = new URL(request.url());
+    if (!["data:", "blob:"].includes(url.protocol) && url.host !== host) complaints.push(`left the host: ${url}`);
+  });
+  await page.goto(address + query);
+  await page.waitForSelector("#loading", { state: "hidden", timeout: 60_000 });
+  await page.waitForFunction(() => document.querySelector("#clock").textContent !== "");
+  return page;
+}
+
+const time = async (page) => Number.parseFloat(await page.textContent("#clock"));
+const told = (page) => page.textContent("#live");
+const figure = async (page, row, column) =>
+  Number(await page.locator(`#speeds tbody tr:nth-child(${row}) td:nth-of-type(${column})`).textContent());
+
+/** Waits for simulated, not for wall time. */
+async function simulate(page, seconds) {
+  const until = (await time(page)) + seconds;
+  await page.waitForFunction((t) => Number.parseFloat(document.querySelector("#clock").textContent) >= t, until, { timeout: 120_000 });
+}
+
+/** Waits until the live region says `words`; the simulated time it took. */
+async function untilTold(page, words, most) {
+  const begun = await time(page);
+  await page.waitForFunction((w) => document.querySelector("#live").textContent.includes(w), words, { timeout: 60_000 });
+  const took = (await time(page)) - begun;
+  assert.ok(took <= most, `"${words}" after ${took.toFixed(1)} s of simulated time, at most ${most} allowed`);
+  return took;
+}
+
+/** Downloads what was recorded: rows by column name. */
+async function recorded(page) {
+  const [file] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
+  let text = "";
+  for await (const chunk of await file.createReadStream()) text += chunk;
+  const [head, ...lines] = text.trim().split("\n").map((line) => line.split(","));
+  return lines.map((line) => Object.fromEntries(head.map((name, i) => [name, line[i]])));
+}
+
+const tests = {
+  async "loads, walks, and keeps real time"() {
+    const page = await open();
+    await untilTold(page, "walks", 4);
+    await simulate(page, 3);
+    const pace = Number.parseFloat((await page.textContent("#clock")).split(",")[1]);
+    console.log(`  pace ${pace}, ${(await page.textContent("#clock")).split(",")[2].trim()}`);
+  },
+
+  async "obeys the four pulls"() {
+    const page = await open("", folder ? { width: 1020, height: 640 } : undefined);
+    await untilTold(page, "walks", 4);
+    const pulls = [
+      ["-60/0", "stands", "stop"], ["0/30", "turns left", "turn"], ["-20/-30", "turns right", "turn"],
+      ["-60/30", "turns on the spot left", "spin"], ["0/0", "The dog walks.", "walk"],
+    ];
+    for (const [preset, words, behavior] of pulls) {
+      await page.click("#record");
+      await page.click(`[data-preset="${preset}"]`);
+      await untilTold(page, words, 60);
+      await page.click("#record");
+      // The recording tells the delay in simulated time, however slowly this machine draws.
+      const rows = await recorded(page);
+      const pulled = rows.find((row) => `${Number(row.force_x_n)}/${Number(row.force_y_n)}` === preset);
+      const rightWay = (row) => Number(row.force_y_n) === 0 || Number(row.force_y_n) * row.velocity_yaw_radps > 0;
+      const obeyed = rows.find((row) => Number(row.time_s) >= Number(pulled.time_s) && row.behavior === behavior && row.table_two === behavior && rightWay(row));
+      const took = obeyed.time_s - pulled.time_s;
+      console.log(`  ${preset}: "${await told(page)}" after ${took.toFixed(2)} s`);
+      assert.ok(took <= 2, `${preset} obeyed after ${took} s`);
+      if (preset === "-60/0") {
+        await simulate(page, 1);
+        assert.ok(Math.abs(await figure(page, 1, 2)) < 0.15, "it stands still");
+      }
+      if (preset === "0/30" || preset === "-20/-30") {
+        await simulate(page, 1);
+        assert.equal(Math.sign(await figure(page, 3, 2)), preset === "0/30" ? 1 : -1, "it turns the right way");
+      }
+      if (folder) {
+        await simulate(page, 1);
+        // Time stands still for the picture: it is drawn finely then.
+        await page.click("#pause");
+        await page.waitForTimeout(1500);
+        const names = { "-60/0": "stop", "0/30": "turn", "-60/30": "spin", "0/0": "walk" };
+        if (names[preset]) await page.locator("#stage").screenshot({ path: `${folder}/${names[preset]}.png`, scale: "css" });
+        await page.click("#pause");
+      }
+    }
+  },
+
+  async "the handle and the plane can be dragged"() {
+    const page = await open();
+    await untilTold(page, "walks", 4);
+    await page.keyboard.press(" ");
+    // The pointer says where the handle is.
+    const canvas = await page.locator("#picture canvas").boundingBox();
+    const handle = await (async () => {
+      for (let y = canvas.y + 0.3 * canvas.height; y < canvas.y + 0.7 * canvas.height; y += 24)
+        for (let x = canvas.x + 0.4 * canvas.width; x < canvas.x + 0.9 * canvas.width; x += 24) {
+          await page.mouse.move(x, y);
+          if (await page.locator("#picture canvas.over").count()) return { x, y };
+        }
+      throw new Error("no handle on the picture");
+    })();
+    await page.mouse.down();
+    await page.mouse.move(handle.x + 60, handle.y + 20, { steps: 4 });
+    const pulled = Math.hypot(Number(await page.inputValue("#fx")), Number(await page.inputValue("#fy")));
+    assert.ok(pulled > 15, `the handle pulls: ${pulled} N`);
+    await page.mouse.up();
+    assert.equal(await page.inputValue("#fx"), "0");
+    const box = await page.locator("#plane svg").boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height * 0.8);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height * 0.75);
+    await page.mouse.up();
+    const back = Number(await page.inputValue("#fx"));
+    assert.ok(back < -60 && back > -90, `the plane pulls: ${back} N`);
+    await page.click("#release");
+    assert.equal(await page.inputValue("#fx"), "0");
+  },
+
+  async "everything by keyboard"() {
+    const page = await open();
+    await untilTold(page, "walks", 4);
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement.className), "skip");
+    await page.keyboard.press("Enter");
+    await page.evaluate(() => document.activeElement.blur());
+    for (let i = 0; i < 12; i++) await page.keyboard.press("ArrowDown");
+    assert.equal(await page.inputValue("#fx"), "-60");
+    await untilTold(page, "stands", 3);
+    await page.keyboard.press("Escape");
+    await untilTold(page, "walks", 4);
+    await page.keyboard.press(" ");
+    const stopped = await time(page);
+    await page.keyboard.press(".");
+    await page.waitForFunction((t) => Number.parseFloat(document.querySelector("#clock").textContent) >= t, stopped);
+    await page.keyboard.press(" ");
+    // Every control can be reached and has a name.
+    const nameless = await page.$$eval("button, input, select", (controls) =>
+      controls.filter((c) => !c.hidden && !(c.labels?.length || c.textContent.trim() || c.getAttribute("aria-label"))).map((c) => c.id),
+    );
+    assert.deepEqual(nameless, []);
+  },
+
+  async "refuses a bad network in words and goes on"() {
+    const page = await open();
+    await page.setInputFiles("#file", { name: "cat.onnx", mimeType: "application/octet-stream", buffer: Buffer.from("not a network") });
+    await page.waitForSelector("#notice:not([hidden])");
+    assert.match(await page.textContent("#notice"), /cat\.onnx cannot be used: not a whole ONNX file/);
+    await untilTold(page, "walks", 5);
+    // The shipped supervisor, dropped, is taken.
+    const bytes = await page.evaluate(async () => [...new Uint8Array(await (await fetch("policies/supervisor.onnx")).arrayBuffer())]);
+    await page.evaluate((data) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([new Uint8Array(data)], "mine.onnx"));
+      document.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+    }, bytes);
+    await page.waitForFunction(() => document.querySelector("#networks").textContent.includes("supervisor: mine.onnx"));
+  },
+
+  async "a link restores the choices, a wrong one is explained"() {
+    const page = await open("?ground=stairs&level=1&minds=rules,oracle&friction=0.6");
+    await page.waitForFunction(() => document.querySelector("#choice-ground").value === "stairs");
+    assert.equal(await page.inputValue("#choice-beside"), "oracle");
+    await page.click("#link");
+    const asked = new URL(page.url()).searchParams;
+    assert.deepEqual([asked.get("ground"), asked.get("minds"), asked.get("friction")], ["stairs", "rules,oracle", "0.6"]);
+    await page.close();
+    const other = await open("?friction=9");
+    await other.waitForSelector("#notice:not([hidden])");
+    assert.match(await other.textContent("#notice"), /friction is 9, must be from 0.1 to 2/);
+  },
+
+  async "records and gives a CSV"() {
+    const page = await open();
+    await page.click("#record");
+    await simulate(page, 1);
+    await page.click("#record");
+    const rows = await recorded(page);
+    assert.ok(rows.length > 45, `${rows.length} rows`);
+    assert.ok(rows.every((row, i) => i === 0 || Math.abs(row.time_s - rows[i - 1].time_s - 0.02) < 1e-6), "a row every 0.02 s");
+    assert.ok(rows.every((row) => Object.values(row).every((value) => value !== undefined && value !== "")), "no empty cell");
+  },
+
+  async "a herd of 64 on rough ground"() {
+    const page = await open("?robots=64&ground=rough");
+    await page.waitForFunction(() => document.querySelector("#live").textContent.includes("of 64 dogs"), null, { timeout: 60_000 });
+    console.log(`  ${await page.textContent("#clock")}`);
+  },
+
+  async "has the contrast of WCAG AA"() {
+    const page = await open();
+    await page.click('[data-preset="-60/30"]');
+    await untilTold(page, "turns", 6);
+    const weak = await page.evaluate(() => {
+      const parse = (color) => color.match(/[\d.]+/g).map(Number);
+      const luminance = ([r, g, b]) => {
+        const [x, y, z] = [r, g, b].map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * x + 0.7152 * y + 0.0722 * z;
+      };
+      const behind = (element) => {
+        for (let e = element; e; e = e.parentElement) {
+          const color = parse(getComputedStyle(e).backgroundColor);
+          if (color.length === 3 || color[3] > 0.8) return color;
+        }
+        return [255, 255, 255];
+      };
+      const texts = [...document.querySelectorAll("body *")].filter((e) =>
+        [...e.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()) && e.checkVisibility() && !e.matches(":disabled, :disabled *, script, noscript, text"));
+      return texts.flatMap((e) => {
+        const [a, b] = [luminance(parse(getComputedStyle(e).color)), luminance(behind(e))].sort((x, y) => y - x);
+        const ratio = (a + 0.05) / (b + 0.05);
+        return ratio < 4.5 ? [`${e.tagName} "${e.textContent.trim().slice(0, 30)}" ${ratio.toFixed(1)}`] : [];
+      });
+    });
+    assert.deepEqual(weak, []);
+  },
+
+  async "fits a telephone"() {
+    const page = await open("", { width: 390, height: 844 });
+    await untilTold(page, "walks", 4);
+    const width = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(width <= 390, `${width} px wide`);
+    if (folder) await page.screenshot({ path: `${folder}/telephone.png` });
+  },
+};
+
+let failed = 0;
+const wanted = process.env["ONLY"];
+for (const [name, test] of Object.entries(tests)) {
+  if (wanted && !name.includes(wanted)) continue;
+  const began = performance.now();
+  try {
+    await test();
+    assert.deepEqual(complaints, []);
+    console.log(`ok: ${name} (${((performance.now() - began) / 1000).toFixed(0)} s)`);
+  } catch (error) {
+    failed += 1;
+    console.error(`FAILED: ${name}: ${error.message}`);
+  }
+  complaints.length = 0;
+  for (const context of browser.contexts()) await context.close();
+}
+await browser.close();
+process.exit(failed === 0 ? 0 : 1);
