@@ -40,9 +40,6 @@ pub struct GuidanceConfig {
     /// Weight of the drift of the heading, per radian: the yaw rate's running mean over 0.5 s, less what is wanted, at
     /// most 0.15 rad/s. The paper: 0.
     pub heading_drift: f32,
-    /// Weight of the squared command while told to stop \[1/s\]: small commands count as zero for a walk, so that the reward alone does
-    /// not say how far inside one is. The paper: 0.
-    pub stop_command: f32,
     /// Paid once for a fall. The paper: 0.
     pub fall: f32,
     /// Differences between robots.
@@ -64,7 +61,6 @@ impl Default for GuidanceConfig {
             threshold_margin_n: 1.0,
             command_rate: -1e-4,
             heading_drift: -2.0,
-            stop_command: -3.0,
             fall: 0.0,
             randomization: Randomization::default(),
             reset: ResetSpread::default(),
@@ -99,7 +95,6 @@ impl GuidanceConfig {
         within("threshold_margin_n", self.threshold_margin_n, 0.0, 10.0)?;
         within("command_rate", self.command_rate, -10.0, 0.0)?;
         within("heading_drift", self.heading_drift, -100.0, 0.0)?;
-        within("stop_command", self.stop_command, -100.0, 0.0)?;
         within("fall", self.fall, -100.0, 0.0)?;
         self.pull.validate()?;
         self.randomization.validate()

@@ -215,10 +215,6 @@ impl GuidedSquad {
                 reward = behavior_reward(target, velocity);
                 let drift = guided.drift.update(velocity[2] - target[2]);
                 rewards[robot] += shared.config.heading_drift * drift * CONTROL_PERIOD_S;
-                if behavior == Behavior::Stop {
-                    let squares: f32 = self.commands[robot].iter().map(|c| c * c).sum();
-                    rewards[robot] += shared.config.stop_command * squares * CONTROL_PERIOD_S;
-                }
                 self.metrics.add_drift(drift);
             }
             rewards[robot] += reward * CONTROL_PERIOD_S;
@@ -407,9 +403,9 @@ mod tests {
         env.step(&[9.0, 0.0, 0.0].repeat(144), &mut buffers);
         let goes_on = |robot: &usize| !buffers.terminated[*robot] && !buffers.truncated[*robot];
         let robot = (0..144).find(goes_on).expect("not all episodes end at once");
-        // The command is limited to 1.2 m/s before it is fined: as a change, and, being told to stop, as a command.
+        // The command is limited to 1.2 m/s before it is fined, once.
         let fine = before[robot] - buffers.rewards[robot];
-        assert!((fine - 1.44 * (0.1 + 3.0 * 0.1)).abs() < 0.02, "{fine}");
+        assert!((fine - 1.44 * 0.1).abs() < 0.02, "{fine}");
         let observation = &buffers.observations[robot * OBSERVATION..];
         assert_eq!(observation[layout::PREVIOUS_COMMAND.range()], [1.2, 0.0, 0.0]);
     }
