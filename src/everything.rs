@@ -7,10 +7,9 @@ use anyhow::{Context as _, Result, anyhow};
 use evaluation::film::{FRAME_STEPS, film};
 use evaluation::judge::{Arena, Ground, Setting};
 use evaluation::locomotion::judge_locomotion;
-use evaluation::plane;
 use evaluation::report::{intent_map_svg, series_svg, success_bars_svg};
 use evaluation::results::Results;
-use evaluation::suite::{Case, suite};
+use evaluation::suite::{Case, episodes, suite};
 
 use crate::interrupt::Interrupt;
 use crate::judging::{Names, judge, judge_record, with_progress, write_plan};
@@ -107,7 +106,7 @@ impl Maker {
     }
 
     fn arena(&self, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {
-        let level = if ground == Ground::Flat { 0 } else { LEVEL };
+        let level = ground.level(LEVEL);
         let setting = Setting { ground, level, randomize, episodes, seed: self.seed };
         Arena::new(policies::locomotion(SHIPPED)?, setting).map_err(anyhow::Error::msg)
     }
@@ -120,20 +119,19 @@ impl Maker {
 
     fn judgment(&self, (suite_name, ground, randomize, supervisor): Part) -> Result<()> {
         let name = part_name((suite_name, ground, randomize, supervisor));
-        let episodes = if suite_name == "plane" { plane::EPISODES } else { self.episodes };
-        if self.finished(&name, episodes).is_some() {
+        let count = episodes(suite_name, self.episodes);
+        if self.finished(&name, count).is_some() {
             eprintln!("{name}: made before");
             return Ok(());
         }
         eprintln!("{name}");
-        let arena = self.arena(ground, randomize, episodes)?;
+        let arena = self.arena(ground, randomize, count)?;
         let cases = suite(suite_name).context("a suite of the list")?;
         let names =
             Names { suite: suite_name.into(), locomotion: SHIPPED.into(), supervisor: supervisor.into() };
         // The oracle's reward on a ground is the same for all that are judged there.
         let oracle = PARTS.iter().filter(|part| (part.1, part.2) == (ground, randomize)).find_map(|part| {
-            let episodes = if part.0 == "plane" { plane::EPISODES } else { self.episodes };
-            Some(self.finished(&part_name(*part), episodes)?.oracle_reward)
+            Some(self.finished(&part_name(*part), episodes(part.0, self.episodes))?.oracle_reward)
         });
         let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
         self.keep(&name, &results)
@@ -172,9 +170,7 @@ impl Maker {
         for (name, case) in SERIES {
             let cases = suite("dynamic").unwrap_or_default();
             let case = cases.into_iter().find(|c| c.name == case).with_context(|| case.to_owned())?;
-            let played =
-                arena.play(&supervisor, std::slice::from_ref(&case), &|_| {}, |_, _, recording| recording);
-            let mut recording = played.map_err(anyhow::Error::msg)?.swap_remove(0);
+            let mut recording = arena.record(&supervisor, &case).map_err(anyhow::Error::msg)?;
             recording.samples.truncate(SERIES_STEPS);
             self.write(name, "svg", series_svg(&case.name, &recording).as_bytes())?;
         }

@@ -4,18 +4,18 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use guidedog::error::{BadInput, OrBadInput as _};
-use guidedog::evaluation::judge::{Arena, Ground, Setting};
 use guidedog::evaluation::locomotion::judge_locomotion;
-use guidedog::evaluation::plane;
 use guidedog::evaluation::report::{self, PathTrace, ReportData};
 use guidedog::evaluation::results::Results;
-use guidedog::evaluation::suite::{SUITES, suite};
+use guidedog::evaluation::suite::{SUITES, episodes, suite};
 use guidedog::judging::{Names, judge, judge_record, with_progress, write_plan};
-use guidedog::policies::{self, SHIPPED};
+use guidedog::policies;
 use guidedog::result_tables::{side_by_side, table};
 use guidedog::run_folder::write_atomic;
+
+use super::situation::Situation;
 
 /// Judges a supervisor and a locomotion policy on a suite of pulls
 #[derive(Debug, Args)]
@@ -46,24 +46,11 @@ pub(crate) struct Arguments {
     /// Print the cases beside those of this results.json, too
     #[arg(long, value_name = "FILE")]
     beside: Option<PathBuf>,
-    /// The locomotion policy, an ONNX file
-    #[arg(long, default_value = SHIPPED)]
-    locomotion: String,
-    /// The supervisor: an ONNX file, rules, dominance or oracle
-    #[arg(long, default_value = SHIPPED)]
-    supervisor: String,
-    /// The ground
-    #[arg(long, value_enum, default_value_t = GroundName::Flat)]
-    ground: GroundName,
-    /// Level of every tile of rough ground or stairs, 0 to 9
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(0..=9))]
-    level: u64,
+    #[command(flatten)]
+    situation: Situation,
     /// Draw robot, friction, harness and first state anew for each episode
     #[arg(long)]
     randomize: bool,
-    /// Seed of all draws
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
 }
 
 const EXAMPLES: &str = "\
@@ -78,23 +65,6 @@ Examples:
 
 Success is judged over [2, 8] s after the pull sets in; falls count over the whole episode. An episode is
 2 s without force and 12 s of pull. Intervals are Wilson's, 95 %.";
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum GroundName {
-    Flat,
-    Rough,
-    Stairs,
-}
-
-impl From<GroundName> for Ground {
-    fn from(name: GroundName) -> Self {
-        match name {
-            GroundName::Flat => Self::Flat,
-            GroundName::Rough => Self::Rough,
-            GroundName::Stairs => Self::Stairs,
-        }
-    }
-}
 
 /// The suite that judges the walking by itself.
 const LOCOMOTION: &str = "locomotion";
@@ -111,25 +81,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         let known = SUITES.join(", ");
         BadInput::new(format!("--suite {}: must be one of {known}, {LOCOMOTION}", arguments.suite))
     })?;
-    let locomotion = policies::locomotion(&arguments.locomotion)?;
-    let supervisor = policies::supervisor(&arguments.supervisor)?;
-    let ground = arguments.ground.into();
-    let setting = Setting {
-        ground,
-        level: if ground == Ground::Flat { 0 } else { arguments.level as usize },
-        randomize: arguments.randomize,
-        episodes: arguments.episodes(),
-        seed: arguments.seed,
-    };
-    let arena = Arena::new(locomotion, setting).map_err(BadInput::new)?;
+    let situation = &arguments.situation;
+    let supervisor = policies::supervisor(&situation.supervisor)?;
+    let arena = situation.arena(arguments.randomize, arguments.episodes())?;
     if let Some(path) = &arguments.plan {
         write_plan(&arena, &cases, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
         return Ok(ExitCode::SUCCESS);
     }
     let names = Names {
         suite: arguments.suite.clone(),
-        locomotion: arguments.locomotion.clone(),
-        supervisor: arguments.supervisor.clone(),
+        locomotion: situation.locomotion.clone(),
+        supervisor: situation.supervisor.clone(),
     };
     let (results, traces) = judge(&arena, &supervisor, &cases, &names, None)?;
     show(arguments, results, traces)
@@ -137,8 +99,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
 
 impl Arguments {
     fn episodes(&self) -> usize {
-        let usual = if self.suite == "plane" { plane::EPISODES } else { 200 };
-        self.episodes.map_or(usual, |episodes| episodes as usize)
+        self.episodes.map_or_else(|| episodes(&self.suite, 200), |episodes| episodes as usize)
     }
 }
 
@@ -168,10 +129,10 @@ fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Resu
 
 /// The locomotion policy alone, on grounds of its own choice.
 fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
-    let policy = policies::locomotion(&arguments.locomotion)?;
+    let Situation { locomotion, seed, .. } = &arguments.situation;
+    let policy = policies::locomotion(locomotion)?;
     let results = with_progress("judging locomotion: row", |progress| {
-        let episodes = arguments.episodes();
-        judge_locomotion(&policy, &arguments.locomotion, episodes, arguments.seed, progress)
+        judge_locomotion(&policy, locomotion, arguments.episodes(), *seed, progress)
     })
     .map_err(BadInput::new)?;
     print!("{}", results.tables());

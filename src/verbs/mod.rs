@@ -6,4 +6,5 @@ pub(crate) mod inspect;
 pub(crate) mod picture;
 pub(crate) mod play;
 pub(crate) mod reproduce;
+mod situation;
 pub(crate) mod train;

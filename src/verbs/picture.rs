@@ -7,15 +7,15 @@ use anyhow::Result;
 use clap::{Args, Subcommand};
 use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::evaluation::film::film;
-use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::evaluation::judge::Arena;
 use guidedog::evaluation::report::{Curve, Seeds, bands_svg, series_svg};
 use guidedog::evaluation::results::BehaviorReward;
 use guidedog::evaluation::suite::{Case, SUITES, suite};
 use guidedog::metrics::MetricsTable;
-use guidedog::policies::{self, SHIPPED};
+use guidedog::policies;
 use guidedog::run_folder::write_atomic;
 
-use super::evaluate::GroundName;
+use super::situation::Situation;
 
 /// Draws an episode as a film or over time, or the curves of trainings, without a window
 #[derive(Debug, Args)]
@@ -55,24 +55,11 @@ struct Episode {
     /// Write the picture here
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// The locomotion policy, an ONNX file
-    #[arg(long, default_value = SHIPPED)]
-    locomotion: String,
-    /// The supervisor: an ONNX file, rules, dominance or oracle
-    #[arg(long, default_value = SHIPPED)]
-    supervisor: String,
-    /// The ground
-    #[arg(long, value_enum, default_value_t = GroundName::Flat)]
-    ground: GroundName,
-    /// Level of every tile of rough ground or stairs, 0 to 9
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(0..=9))]
-    level: u64,
+    #[command(flatten)]
+    situation: Situation,
     /// Seconds of the film or the figure
     #[arg(long, default_value_t = 8.0)]
     seconds: f64,
-    /// Seed of all draws
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
 }
 
 #[derive(Debug, Args)]
@@ -115,10 +102,7 @@ impl Episode {
     }
 
     fn arena(&self) -> Result<Arena> {
-        let ground = Ground::from(self.ground);
-        let level = if ground == Ground::Flat { 0 } else { self.level as usize };
-        let setting = Setting { ground, level, randomize: false, episodes: 1, seed: self.seed };
-        Ok(Arena::new(policies::locomotion(&self.locomotion)?, setting).map_err(BadInput::new)?)
+        self.situation.arena(false, 1)
     }
 
     /// How many of the pieces of `period_s` are within the time asked for.
@@ -133,7 +117,7 @@ impl Episode {
 
 fn draw_film(episode: &Episode) -> Result<()> {
     let arena = episode.arena()?;
-    let supervisor = policies::supervisor(&episode.supervisor)?;
+    let supervisor = policies::supervisor(&episode.situation.supervisor)?;
     let mut poses = arena.poses(&supervisor, &episode.case()?).map_err(anyhow::Error::msg)?;
     poses.truncate(episode.count(0.08).max(1));
     episode.write(&film(&poses, arena.ground()).map_err(anyhow::Error::msg)?)
@@ -141,10 +125,8 @@ fn draw_film(episode: &Episode) -> Result<()> {
 
 fn draw_series(episode: &Episode) -> Result<()> {
     let case = episode.case()?;
-    let supervisor = policies::supervisor(&episode.supervisor)?;
-    let played =
-        episode.arena()?.play(&supervisor, std::slice::from_ref(&case), &|_| {}, |_, _, recording| recording);
-    let mut recording = played.map_err(anyhow::Error::msg)?.swap_remove(0);
+    let supervisor = policies::supervisor(&episode.situation.supervisor)?;
+    let mut recording = episode.arena()?.record(&supervisor, &case).map_err(anyhow::Error::msg)?;
     recording.samples.truncate(episode.count(0.02).max(recording.onset + 1));
     episode.write(series_svg(&case.name, &recording).as_bytes())
 }

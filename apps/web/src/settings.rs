@@ -1,7 +1,7 @@
 //! What a visitor can choose: the ground, the robot, who supervises, how many.
 
 use serde::{Deserialize, Serialize};
-use tasks::simulation::Randomization;
+use tasks::{bounds::within, simulation::Randomization};
 use terrain::{SubTerrain, TerrainError, TerrainGrid};
 
 /// Most robots of a herd.
@@ -92,13 +92,6 @@ impl Settings {
     /// # Errors
     /// Names the first one out of range, with what is allowed.
     pub fn validate(&self) -> Result<(), String> {
-        let within = |name: &str, value: f64, low: f64, high: f64| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(format!("{name} is {value}, must be from {low} to {high}"))
-            }
-        };
         within("level", self.level as f64, 0.0, (terrain::LEVELS - 1) as f64)?;
         within("the number of minds", self.minds.len() as f64, 1.0, 2.0)?;
         within("robots", self.robots as f64, 1.0, MAX_HERD as f64)?;
@@ -145,14 +138,13 @@ impl Settings {
 
     /// Whether a session goes on when its settings become `other`: the ground and the robots stay the same.
     pub fn same_robots(&self, other: &Self) -> bool {
-        let minds = if self.minds.len() == other.minds.len() { self.minds.clone() } else { Vec::new() };
         let live = Self {
             minds: other.minds.clone(),
             force_noise_n: other.force_noise_n,
             sensor_noise: other.sensor_noise,
             ..self.clone()
         };
-        !minds.is_empty() && live == *other
+        self.minds.len() == other.minds.len() && live == *other
     }
 }
 

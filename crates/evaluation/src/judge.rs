@@ -214,6 +214,15 @@ impl Arena {
         recordings
     }
 
+    /// One episode of a case.
+    ///
+    /// # Errors
+    /// There is nothing to run.
+    pub fn record(&self, supervisor: &Supervisor, case: &Case) -> Result<Recording, String> {
+        let cases = std::slice::from_ref(case);
+        Ok(self.play(supervisor, cases, &|_| {}, |_, _, recording| recording)?.swap_remove(0))
+    }
+
     /// The first robot's poses over an episode of a case, for a film; ends where it falls.
     ///
     /// # Errors

@@ -20,6 +20,11 @@ impl Ground {
             Self::Stairs => "stairs",
         }
     }
+
+    /// The level of its tiles if `asked` is asked for: flat ground has none but 0.
+    pub fn level(self, asked: usize) -> usize {
+        if self == Self::Flat { 0 } else { asked }
+    }
 }
 
 /// What is to be judged, and where.

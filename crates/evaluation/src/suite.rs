@@ -70,6 +70,11 @@ pub fn suite(name: &str) -> Option<Vec<Case>> {
     }
 }
 
+/// Episodes of each case of a suite, where a case of others has `usual`: the plane has a hundred times as many cases.
+pub fn episodes(suite: &str, usual: usize) -> usize {
+    if suite == "plane" { crate::plane::EPISODES } else { usual }
+}
+
 fn paper17() -> [Case; 17] {
     use Group::{Edge, Outside, Trained};
     [

@@ -1,6 +1,7 @@
 //! The locomotion and guidance environments.
 
 pub mod archive;
+pub mod bounds;
 pub mod guidance;
 pub mod locomotion;
 pub mod simulation;

@@ -29,8 +29,6 @@ pub(super) struct Contact<L> {
     /// What a unit of normal impulse adds to the slip.
     pub(super) slip_of_normal: [L; 2],
     pub(super) inverse_normal: L,
-    /// Normal impulse no contact exceeds \[N s\].
-    pub(super) largest_normal: L,
     /// Step along the slip that cannot overshoot: the inverse of the trace of the tangential block.
     pub(super) tangential_step: L,
     /// \[N s\]
@@ -42,7 +40,7 @@ pub(super) struct Contact<L> {
 /// A robot wedged in between two walls overlaps both, and nothing frees it of either: each pushes against the other, sweep after
 /// sweep and, begun where the last step ended, step after step, until the sum is rounding. What stops a falling robot on a
 /// stretched leg is a tenth of this.
-const LARGEST_JUMP_MPS: f64 = 200.0;
+pub(super) const LARGEST_JUMP_MPS: f64 = 200.0;
 
 /// What is needed to turn a nearby piece of ground into a contact.
 pub(crate) struct ContactFrame<'a, L: Lane> {
@@ -67,7 +65,6 @@ impl<L: Lane> Contact<L> {
             inverse_block: [L::zero(); 6],
             slip_of_normal: [L::zero(); 2],
             inverse_normal: L::zero(),
-            largest_normal: L::zero(),
             tangential_step: L::zero(),
             impulse: Vec3::zero(),
         }
@@ -131,7 +128,6 @@ impl<L: Lane> Contact<L> {
         }
         self.slip_of_normal = [w[4], w[5]];
         self.inverse_normal = L::one() / w[2];
-        self.largest_normal = self.inverse_normal * L::splat(LARGEST_JUMP_MPS);
         let half_difference = (w[0] - w[1]) * L::splat(0.5);
         let root = half_difference.mul_add(half_difference, w[3] * w[3]).sqrt();
         self.tangential_step = L::one() / (w[0] + w[1]).mul_add(L::splat(0.5), root);

@@ -2,7 +2,7 @@
 
 use spatial::{Lane, Mask, Vec3};
 
-use super::constraint::Contact;
+use super::constraint::{Contact, LARGEST_JUMP_MPS};
 use crate::structure::BASE_DOFS;
 
 impl<L: Lane> Contact<L> {
@@ -24,12 +24,13 @@ impl<L: Lane> Contact<L> {
         let sticking = old - symmetric_mul(&self.inverse_block, residual);
         let length_squared = sticking.x.mul_add(sticking.x, sticking.y * sticking.y);
         let limit = friction * sticking.z.max(L::zero());
-        let possible = sticking.z.ge(L::zero()).and(sticking.z.le(self.largest_normal));
+        let largest = self.inverse_normal * L::splat(LARGEST_JUMP_MPS);
+        let possible = sticking.z.ge(L::zero()).and(sticking.z.le(largest));
         let sticks = length_squared.le(limit * limit).and(possible).and(acts);
 
         // Otherwise first the normal alone, then a step against the slip that is left, back onto the disk µ λ_n: at the
         // solution friction opposes the slip (maximum dissipation), and it never drives it on the way there.
-        let normal = self.inverse_normal.neg_mul_add(approach, old.z).clamp(L::zero(), self.largest_normal);
+        let normal = self.inverse_normal.neg_mul_add(approach, old.z).clamp(L::zero(), largest);
         let change = normal - old.z;
         let [slip_x, slip_y] = self.slip_of_normal;
         let trial_x = self.tangential_step.neg_mul_add(slip_x.mul_add(change, velocity.x), old.x);

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::PullConfig;
 use crate::{
+    bounds::within,
     locomotion::Terrain,
     simulation::{CONTROL_PERIOD_S, Randomization, ResetSpread},
 };
@@ -74,13 +75,6 @@ impl GuidanceConfig {
     /// # Errors
     /// Names the first one out of range, with what is allowed.
     pub fn validate(&self) -> Result<(), String> {
-        let within = |name: &str, value: f32, low: f32, high: f32| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(format!("{name} is {value}, must be from {low} to {high}"))
-            }
-        };
         within("max_level", self.max_level as f32, 0.0, 9.0)?;
         within("episode_s", self.episode_s, 1.0, 1000.0)?;
         within("supervisor_period_s", self.supervisor_period_s, 0.02, 1.0)?;

@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 use terrain::{GridConfig, TerrainGrid};
 
 use super::{CommandConfig, DisturbanceConfig, RewardConfig};
-use crate::simulation::{Randomization, ResetSpread};
+use crate::{
+    bounds::within,
+    simulation::{Randomization, ResetSpread},
+};
 
 /// The ground robots learn on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
@@ -89,13 +92,6 @@ impl LocomotionConfig {
     /// # Errors
     /// Names the first one out of range, with what is allowed.
     pub fn validate(&self) -> Result<(), String> {
-        let within = |name: &str, value: f64, low: f64, high: f64| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(format!("{name} is {value}, must be from {low} to {high}"))
-            }
-        };
         within("max_initial_level", self.max_initial_level as f64, 0.0, 9.0)?;
         within("episode_s", f64::from(self.episode_s), 0.1, 1000.0)?;
         within("observation_noise", f64::from(self.observation_noise), 0.0, 10.0)?;

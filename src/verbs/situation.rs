@@ -1,0 +1,53 @@
+//! Who walks where: the arguments that `evaluate` and `picture` share.
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use guidedog::error::BadInput;
+use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::policies::{self, SHIPPED};
+
+#[derive(Debug, Args)]
+pub(crate) struct Situation {
+    /// The locomotion policy, an ONNX file
+    #[arg(long, default_value = SHIPPED)]
+    pub(crate) locomotion: String,
+    /// The supervisor: an ONNX file, rules, dominance or oracle
+    #[arg(long, default_value = SHIPPED)]
+    pub(crate) supervisor: String,
+    /// The ground
+    #[arg(long, value_enum, default_value_t = GroundName::Flat)]
+    ground: GroundName,
+    /// Level of every tile of rough ground or stairs, 0 to 9
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(0..=9))]
+    level: u64,
+    /// Seed of all draws
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum GroundName {
+    Flat,
+    Rough,
+    Stairs,
+}
+
+impl From<GroundName> for Ground {
+    fn from(name: GroundName) -> Self {
+        match name {
+            GroundName::Flat => Self::Flat,
+            GroundName::Rough => Self::Rough,
+            GroundName::Stairs => Self::Stairs,
+        }
+    }
+}
+
+impl Situation {
+    /// The ground, with the policy that walks there.
+    pub(crate) fn arena(&self, randomize: bool, episodes: usize) -> Result<Arena> {
+        let ground = Ground::from(self.ground);
+        let level = ground.level(self.level as usize);
+        let setting = Setting { ground, level, randomize, episodes, seed: self.seed };
+        Ok(Arena::new(policies::locomotion(&self.locomotion)?, setting).map_err(BadInput::new)?)
+    }
+}
