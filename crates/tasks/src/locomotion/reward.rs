@@ -30,6 +30,8 @@ pub struct StepQuantities<'a> {
     pub previous_action: &'a [f32; 12],
     /// Per foot, air time of a swing that ended \[s\]; negative if none did.
     pub touchdown: [f32; 4],
+    /// Whether each foot carries; LF, LH, RF, RH.
+    pub carries: [bool; 4],
     /// Thighs, knees, shanks and hand that touched something.
     pub undesired_contacts: f32,
 }
@@ -67,6 +69,9 @@ pub struct RewardConfig {
     pub feet_air_time: f32,
     /// Swings longer than this are paid for, shorter ones fined \[s\]. Isaac Lab: 0.5.
     pub air_time_target_s: f32,
+    /// Pairs of feet, the front and the hind one, of which neither carries. Ours: a mirror-symmetric policy head-on before a step tends
+    /// to lift both front feet at once and to bound against the riser without end.
+    pub airborne_pair: f32,
     /// Number of thighs, knees, shanks and hand in contact. Isaac Lab: −1 (thighs).
     pub undesired_contact: f32,
     /// g_x² + g_y². Isaac Lab: 0 rough, −5 flat.
@@ -105,6 +110,7 @@ impl Default for RewardConfig {
             action_rate: -0.02,
             feet_air_time: 0.25,
             air_time_target_s: 0.25,
+            airborne_pair: 0.0,
             undesired_contact: -1.0,
             flat_orientation: -0.5,
             joint_limit: -1.0,
@@ -118,7 +124,7 @@ impl Default for RewardConfig {
 }
 
 /// Number of terms.
-pub const TERMS: usize = 15;
+pub const TERMS: usize = 16;
 /// The first of them are for tracking the command.
 const TRACKING_TERMS: usize = 5;
 
@@ -150,6 +156,7 @@ const TERM_TABLE: [Term; TERMS] = [
     ("joint_acceleration", |w| w.joint_acceleration, |q, _| squares(q.joint_acceleration)),
     ("action_rate", |w| w.action_rate, |q, _| action_rate(q)),
     ("feet_air_time", |w| w.feet_air_time, feet_air_time),
+    ("airborne_pair", |w| w.airborne_pair, |q, _| airborne_pairs(q)),
     ("undesired_contact", |w| w.undesired_contact, |q, _| q.undesired_contacts),
     ("flat_orientation", |w| w.flat_orientation, |q, _| squares(&q.motion.gravity[..2])),
     ("joint_limit", |w| w.joint_limit, |q, _| q.joint_excess),
@@ -251,6 +258,11 @@ fn feet_air_time(q: &StepQuantities<'_>, config: &RewardConfig) -> f32 {
     if is_told_to_move(q) { landed.map(|time| time - config.air_time_target_s).sum() } else { 0.0 }
 }
 
+fn airborne_pairs(q: &StepQuantities<'_>) -> f32 {
+    let [left_front, left_hind, right_front, right_hind] = q.carries;
+    f32::from(u8::from(!left_front && !right_front) + u8::from(!left_hind && !right_hind))
+}
+
 fn stand_still(q: &StepQuantities<'_>) -> f32 {
     if is_told_to_move(q) { 0.0 } else { q.joint_offset.iter().map(|offset| offset.abs()).sum() }
 }
@@ -276,6 +288,7 @@ mod tests {
             action: &[1.0; 12],
             previous_action: &[0.5; 12],
             touchdown: [0.7, -1.0, -1.0, 0.3],
+            carries: [false, false, false, true],
             undesired_contacts: 2.0,
         }
     }
@@ -297,6 +310,7 @@ mod tests {
             action_rate: 1.0,
             feet_air_time: 1.0,
             air_time_target_s: 0.5,
+            airborne_pair: 1.0,
             undesired_contact: 1.0,
             flat_orientation: 1.0,
             joint_limit: 1.0,
@@ -318,6 +332,7 @@ mod tests {
             1200.0,
             3.0,
             0.0,
+            1.0,
             2.0,
             0.01,
             0.2,
@@ -333,11 +348,11 @@ mod tests {
         }
         let still = StepQuantities { command: [0.0; 3], touchdown: [0.9; 4], ..quantities() };
         let terms = unit.terms(&still, 1.0, 1.0);
-        assert!((terms[14] - 1.2).abs() < 1e-5);
+        assert!((terms[15] - 1.2).abs() < 1e-5);
         assert_eq!(terms[4], 0.0, "told to stand there is no progress");
         assert_eq!(terms[10], 0.0, "air time is not paid for when told to stand");
         let gentle = unit.terms(&still, 0.5, 1.0);
-        assert_eq!((gentle[1], gentle[14]), (terms[1], 0.5 * terms[14]), "tracking keeps its strength");
+        assert_eq!((gentle[1], gentle[15]), (terms[1], 0.5 * terms[15]), "tracking keeps its strength");
     }
 
     #[test]
