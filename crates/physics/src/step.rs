@@ -143,10 +143,12 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w
                 let near = near.only_where(near.gap.lt(least));
                 let slot = k * structure.spheres.len() + i;
                 let point = center_b - r_wb.transpose_mul(near.normal).scale(radius);
-                w.contacts.consider(slot, Candidate { near, point, slot: L::splat(slot as f64), depth });
+                let last_impulse = block.impulses[slot];
+                let slot_of_lanes = L::splat(slot as f64);
+                w.contacts.consider(slot, Candidate { near, point, slot: slot_of_lanes, depth, last_impulse });
             }
         }
-        w.contacts.add_limb(&frame, limb, &block.impulses);
+        w.contacts.add_limb(&frame, limb);
     }
     w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &state.joint_position);
 }

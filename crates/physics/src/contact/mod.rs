@@ -28,6 +28,8 @@ pub(crate) struct Candidate<L> {
     pub(crate) slot: L,
     /// Degrees of freedom that move the sphere: the first of the limb's chain.
     pub(crate) depth: L,
+    /// What the ground pushed with there in the last step, world frame \[N s\].
+    pub(crate) last_impulse: Vec3<L>,
 }
 
 impl<L: Lane> Candidate<L> {
@@ -38,6 +40,7 @@ impl<L: Lane> Candidate<L> {
             point: Vec3::select(mask, if_true.point, if_false.point),
             slot: mask.select(if_true.slot, if_false.slot),
             depth: mask.select(if_true.depth, if_false.depth),
+            last_impulse: Vec3::select(mask, if_true.last_impulse, if_false.last_impulse),
         }
     }
 }
@@ -94,20 +97,16 @@ impl<L: Lane> ContactSet<L> {
         }
     }
 
-    /// Makes contacts of the limb's candidates, which begin with the impulses of the last step (world frame \[N s\], one a slot).
+    /// Makes contacts of the limb's candidates, which begin with the impulses of the last step.
     #[inline(always)]
-    pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize, last_impulse: &[Vec3<L>]) {
+    pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize) {
         for candidate in &self.sorted {
             let contact = &mut self.contacts[self.active];
             self.active += 1;
             contact.become_that_of(frame, limb, candidate);
-            let mut kept = Vec3::zero();
-            for (lane, &slot) in candidate.slot.indices(last_impulse.len()).as_ref().iter().enumerate() {
-                kept.set(lane, last_impulse[slot as usize].get(lane));
-            }
             // A lane where it is far must not notice that another brought the contact in.
             let within = candidate.near.gap.lt(ground::far());
-            let kept = frame.r_wb.transpose_mul(kept).scale(within.select(L::one(), L::zero()));
+            let kept = frame.r_wb.transpose_mul(candidate.last_impulse).scale(within.select(L::one(), L::zero()));
             // The normal may have turned since: never a pull.
             let [x, y, z] = contact.axes.map(|axis| axis.dot(kept));
             contact.impulse = Vec3::new(x, y, z.max(L::zero()));
