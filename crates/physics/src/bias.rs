@@ -33,7 +33,7 @@ impl<L: Lane> LinkMotion<L> {
 /// the acceleration of its origin along axes that do not turn.
 ///
 /// `gravity` is in the base frame; `velocity` in degree-of-freedom order; `motion` is scratch, one a link.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn bias_force<L: Lane>(
     structure: &Structure<L::Scalar>,
     links: &[LinkKinematics<L>],

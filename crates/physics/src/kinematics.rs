@@ -87,7 +87,7 @@ impl<L: Lane> LinkKinematics<L> {
 }
 
 /// Fills `links` (one for the base, one a joint) from the joint positions.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn forward_kinematics<L: Lane>(
     structure: &Structure<L::Scalar>,
     parameters: &Parameters<L>,

@@ -14,7 +14,7 @@ use crate::{
 
 /// Composite-rigid-body algorithm: fills the packed lower triangle `mass` (rows along chains) and uses
 /// `composite` (one a link) as scratch. The diagonal of joints gets `diagonal` (armature and implicit damping) added.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn composite_rigid_body<L: Lane>(
     structure: &Structure<L::Scalar>,
     links: &[LinkKinematics<L>],
@@ -63,7 +63,7 @@ fn base_block<L: Lane>(total: &Inertia<L>, mass: &mut [L]) {
 }
 
 /// Replaces the packed mass matrix by its factor L, and fills `inverse_diagonal` with 1 / L_kk.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn factorize<L: Lane>(
     structure: &Structure<L::Scalar>,
     factor: &mut [L],
@@ -91,7 +91,7 @@ pub(crate) fn factorize<L: Lane>(
 }
 
 /// `x = L v`.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn whiten_velocity<L: Lane>(
     structure: &Structure<L::Scalar>,
     factor: &[L],
@@ -110,7 +110,7 @@ pub(crate) fn whiten_velocity<L: Lane>(
 }
 
 /// Replaces a generalized force `p` by `L⁻ᵀ p`.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn whiten_force<L: Lane>(
     structure: &Structure<L::Scalar>,
     factor: &[L],
@@ -129,7 +129,7 @@ pub(crate) fn whiten_force<L: Lane>(
 }
 
 /// `v = L⁻¹ x`.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn unwhiten_velocity<L: Lane>(
     structure: &Structure<L::Scalar>,
     factor: &[L],
@@ -159,24 +159,28 @@ pub(crate) fn whiten_jacobian<L: Lane>(
     base: &mut [Vec3<L>; BASE_DOFS],
     joints: &mut [Vec3<L>],
 ) {
-    for (position, &joint) in limb.iter().enumerate().rev() {
-        let dof = BASE_DOFS + joint;
-        let (of_base, of_joints) = factor[structure.row_start(dof)..].split_at(BASE_DOFS);
-        let scaled = joints[position].scale(inverse_diagonal[dof]);
-        joints[position] = scaled;
+    for place in (0..limb.len()).rev() {
+        let dof = BASE_DOFS + limb[place];
+        let row = &factor[structure.row_start(dof)..][..BASE_DOFS + limb.len()];
+        let scaled = joints[place].scale(inverse_diagonal[dof]);
+        joints[place] = scaled;
         for k in 0..BASE_DOFS {
-            base[k] = scaled.scale_add(-of_base[k], base[k]);
+            base[k] = scaled.scale_add(-row[k], base[k]);
         }
-        for (column, &entry) in joints[..position].iter_mut().zip(of_joints) {
-            *column = scaled.scale_add(-entry, *column);
+        for k in 0..limb.len() {
+            if k < place {
+                joints[k] = scaled.scale_add(-row[BASE_DOFS + k], joints[k]);
+            }
         }
     }
     let factor = &factor[..BASE_DOFS * (BASE_DOFS + 1) / 2];
+    // Every bound a constant: all columns stay in registers.
     for dof in (0..BASE_DOFS).rev() {
-        let row = &factor[dof * (dof + 1) / 2..];
         base[dof] = base[dof].scale(inverse_diagonal[dof]);
-        for k in 0..dof {
-            base[k] = base[dof].scale_add(-row[k], base[k]);
+        for k in 0..BASE_DOFS {
+            if k < dof {
+                base[k] = base[dof].scale_add(-factor[dof * (dof + 1) / 2 + k], base[k]);
+            }
         }
     }
 }

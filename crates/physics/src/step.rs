@@ -106,7 +106,7 @@ pub(crate) fn heading_to_world<L: Lane>(r_wb: Mat3<L>, v: Vec3<L>) -> Vec3<L> {
     Vec3::new(c.mul_add(v.x, -(s * v.y)), s.mul_add(v.x, c * v.y), v.z)
 }
 
-#[inline(always)]
+#[inline(never)]
 fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w: &mut Workspace<L>) {
     let structure = engine.structure();
     let Block { state, parameters, .. } = block;
@@ -153,7 +153,7 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w
     w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &state.joint_position);
 }
 
-#[inline(always)]
+#[inline(never)]
 fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
     let structure = engine.structure();
     w.unconstrained.copy_from_slice(&w.whitened);
@@ -172,7 +172,7 @@ fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
 /// friction a sliding contact has no solution (Painlevé), and the sweeps run away. In whitened coordinates the
 /// kinetic energy is ½ |x|², so along the change d of x it is a parabola, and the share is where that comes back to
 /// its beginning.
-#[inline(always)]
+#[inline(never)]
 fn forbid_energy_gain<L: Lane>(
     structure: &Structure<L::Scalar>,
     max_depenetration_speed: f64,
@@ -209,7 +209,7 @@ fn forbid_energy_gain<L: Lane>(
     w.contacts.scale(share);
 }
 
-#[inline(always)]
+#[inline(never)]
 fn integrate<L: Lane>(engine: &Engine<L>, block: &mut Block<L>, r_wb: Mat3<L>, w: &Workspace<L>) {
     let dt = L::splat(engine.config.time_step);
     let Block { state, output, impulses, touched, .. } = block;

@@ -71,60 +71,61 @@ impl<L: Lane> Contact<L> {
     }
 
     /// Becomes the contact of a candidate, without impulse.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn become_that_of(&mut self, frame: &ContactFrame<L>, limb: usize, candidate: &Candidate<L>) {
         self.limb = limb;
+        match *frame.structure.limbs[limb].joints {
+            [hip, thigh, shank] => self.become_with(frame, &[hip, thigh, shank], candidate),
+            [] => self.become_with(frame, &[], candidate),
+            ref joints => self.become_with(frame, joints, candidate),
+        }
+    }
+
+    #[inline(always)]
+    fn become_with(&mut self, frame: &ContactFrame<L>, joints: &[usize], candidate: &Candidate<L>) {
         self.slot = candidate.slot;
         self.axes = axes(frame.r_wb.transpose_mul(candidate.near.normal));
         self.allowed_approach = allowed_approach(frame.config, candidate.near.gap);
-        let joints = &frame.structure.limbs[limb].joints;
-        self.fill_columns(frame, joints, candidate);
+        // The base's columns stay in registers until they are done.
+        let mut base_columns = self.base_columns_of(candidate.point);
+        let joint_columns = &mut self.joint_columns[..joints.len()];
+        fill_joint_columns(frame, &self.axes, joints, candidate, joint_columns);
         whiten_jacobian(
             frame.structure,
             frame.factor,
             frame.inverse_diagonal,
             joints,
-            &mut self.base_columns,
-            &mut self.joint_columns[..joints.len()],
+            &mut base_columns,
+            joint_columns,
         );
-        self.prepare_block(joints.len());
+        self.prepare_block(&base_columns, joints.len());
+        self.base_columns = base_columns;
     }
 
-    /// Velocity of the candidate's point along the contact's axes, per unit velocity of each degree of freedom.
+    /// Velocity of a point along the contact's axes, per unit velocity of each degree of freedom of the base.
     #[inline(always)]
-    fn fill_columns(&mut self, frame: &ContactFrame<L>, joints: &[usize], candidate: &Candidate<L>) {
-        let point = candidate.point;
+    fn base_columns_of(&self, point: Vec3<L>) -> [Vec3<L>; BASE_DOFS] {
         // Along an axis a, turning about e_k moves the point by (e_k × p) · a = e_k · (p × a).
-        let [x, y, z] = self.axes.map(|axis| point.cross(axis).to_array());
-        let [ax, ay, az] = self.axes.map(Vec3::to_array);
-        for k in 0..3 {
-            self.base_columns[k] = Vec3::new(x[k], y[k], z[k]);
-            self.base_columns[3 + k] = Vec3::new(ax[k], ay[k], az[k]);
-        }
-        for (place, (column, &joint)) in self.joint_columns.iter_mut().zip(joints).enumerate() {
-            let link = &frame.links[joint + 1];
-            let place = L::splat((BASE_DOFS + place) as f64);
-            let moves = place.lt(candidate.depth).select(L::one(), L::zero());
-            let motion = match frame.structure.joints[joint].kind {
-                JointKind::Revolute => link.axis.cross(point - link.p_bl),
-                JointKind::Prismatic => link.axis,
-            }
-            .scale(moves);
-            let [x, y, z] = self.axes.map(|axis| axis.dot(motion));
-            *column = Vec3::new(x, y, z);
-        }
+        let [x, y, z] = self.axes.map(|axis| point.cross(axis));
+        let [ax, ay, az] = self.axes;
+        [
+            Vec3::new(x.x, y.x, z.x),
+            Vec3::new(x.y, y.y, z.y),
+            Vec3::new(x.z, y.z, z.z),
+            Vec3::new(ax.x, ay.x, az.x),
+            Vec3::new(ax.y, ay.y, az.y),
+            Vec3::new(ax.z, ay.z, az.z),
+        ]
     }
 
     #[inline(always)]
-    fn prepare_block(&mut self, joints: usize) {
+    fn prepare_block(&mut self, base_columns: &[Vec3<L>; BASE_DOFS], joints: usize) {
         let mut w = [L::zero(); 6];
-        for c in self.base_columns.iter().chain(&self.joint_columns[..joints]) {
-            w[0] = c.x.mul_add(c.x, w[0]);
-            w[1] = c.y.mul_add(c.y, w[1]);
-            w[2] = c.z.mul_add(c.z, w[2]);
-            w[3] = c.x.mul_add(c.y, w[3]);
-            w[4] = c.x.mul_add(c.z, w[4]);
-            w[5] = c.y.mul_add(c.z, w[5]);
+        for k in 0..BASE_DOFS {
+            add_square(&mut w, base_columns[k]);
+        }
+        for k in 0..joints {
+            add_square(&mut w, self.joint_columns[k]);
         }
         self.slip_of_normal = [w[4], w[5]];
         self.inverse_normal = L::one() / w[2];
@@ -132,6 +133,30 @@ impl<L: Lane> Contact<L> {
         let root = half_difference.mul_add(half_difference, w[3] * w[3]).sqrt();
         self.tangential_step = L::one() / (w[0] + w[1]).mul_add(L::splat(0.5), root);
         self.inverse_block = symmetric_inverse(&w);
+    }
+}
+
+/// Velocity of the candidate's point along a contact's axes, per unit velocity of each of a limb's joints.
+#[inline(always)]
+fn fill_joint_columns<L: Lane>(
+    frame: &ContactFrame<L>,
+    axes: &[Vec3<L>; 3],
+    joints: &[usize],
+    candidate: &Candidate<L>,
+    columns: &mut [Vec3<L>],
+) {
+    let point = candidate.point;
+    for (place, (column, &joint)) in columns.iter_mut().zip(joints).enumerate() {
+        let link = &frame.links[joint + 1];
+        let place = L::splat((BASE_DOFS + place) as f64);
+        let moves = place.lt(candidate.depth).select(L::one(), L::zero());
+        let motion = match frame.structure.joints[joint].kind {
+            JointKind::Revolute => link.axis.cross(point - link.p_bl),
+            JointKind::Prismatic => link.axis,
+        }
+        .scale(moves);
+        let [x, y, z] = axes.map(|axis| axis.dot(motion));
+        *column = Vec3::new(x, y, z);
     }
 }
 
@@ -153,6 +178,17 @@ fn axes<L: Lane>(n: Vec3<L>) -> [Vec3<L>; 3] {
     let x = Vec3::new((sign * n.x * n.x).mul_add(a, L::one()), sign * b, -(sign * n.x));
     let y = Vec3::new(b, (n.y * n.y).mul_add(a, sign), -n.y);
     [x, y, n]
+}
+
+/// Adds c cᵀ, `[xx, yy, zz, xy, xz, yz]`.
+#[inline(always)]
+fn add_square<L: Lane>(w: &mut [L; 6], c: Vec3<L>) {
+    w[0] = c.x.mul_add(c.x, w[0]);
+    w[1] = c.y.mul_add(c.y, w[1]);
+    w[2] = c.z.mul_add(c.z, w[2]);
+    w[3] = c.x.mul_add(c.y, w[3]);
+    w[4] = c.x.mul_add(c.z, w[4]);
+    w[5] = c.y.mul_add(c.z, w[5]);
 }
 
 #[inline(always)]

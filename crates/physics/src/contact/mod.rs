@@ -98,7 +98,7 @@ impl<L: Lane> ContactSet<L> {
     }
 
     /// Makes contacts of the limb's candidates, which begin with the impulses of the last step.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize) {
         for candidate in &self.sorted {
             let contact = &mut self.contacts[self.active];
@@ -115,7 +115,7 @@ impl<L: Lane> ContactSet<L> {
     }
 
     /// Applies the warm-start impulses to the whitened velocity.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn warm_start(&self, structure: &Structure<L::Scalar>, whitened: &mut [L]) {
         let (base, joints) = split(whitened);
         for contact in &self.contacts[..self.active] {
@@ -124,7 +124,7 @@ impl<L: Lane> ContactSet<L> {
     }
 
     /// One Gauss–Seidel sweep.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn sweep(&mut self, structure: &Structure<L::Scalar>, friction: L, whitened: &mut [L]) {
         let (base, joints) = split(whitened);
         // Every contact moves the base: it stays in registers.
@@ -158,7 +158,7 @@ impl<L: Lane> ContactSet<L> {
 
     /// Writes the impulses, for the next step, and forces per sphere (world frame, \[N s\] and \[N\]); `touched` are the slots
     /// that differ from zero.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn finish(
         &self,
         r_wb: Mat3<L>,

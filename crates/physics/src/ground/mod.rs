@@ -96,7 +96,7 @@ impl<L: Lane> Ceiling<L> {
 /// the other.
 ///
 /// Exact for what is within [`REACH`]; nothing if in no lane anything is.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> Option<[Proximity<L>; FACES]> {
     let none = Proximity::none();
     let spot = map.spot(center.x, center.y);

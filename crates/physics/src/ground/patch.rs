@@ -43,7 +43,7 @@ pub(super) struct Patch<L: Lane> {
 
 impl<L: Lane> Patch<L> {
     /// Around a spot of the map.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn around(map: &Map, spot: &Spot<L>) -> Self {
         let half = L::splat(0.5);
         let size = L::splat(map.cell_size);

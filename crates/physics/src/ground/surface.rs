@@ -138,7 +138,7 @@ impl<L: Lane> Touched<L> {
 
 /// All triangles around; `z` is above the patch's base. An edge counts only if it is nearer than `wall`, the gap to the
 /// nearest wall \[m\].
-#[inline(always)]
+#[inline(never)]
 pub(super) fn touched<L: Lane>(patch: &Patch<L>, z: L, radius: L, wall: L) -> Touched<L> {
     let Patch { x, y, size, split_here, .. } = *patch;
     let (zero, one) = (L::zero(), L::one());
