@@ -126,6 +126,9 @@ impl Mask<Counted> for Truth {
     fn any(self) -> bool {
         self.0
     }
+    fn bits(self) -> u32 {
+        u32::from(self.0)
+    }
 }
 
 impl Counted {

@@ -9,9 +9,9 @@ use crate::{
     actuator::affine_torque,
     bias::bias_force,
     block::{Block, Input, Parameters, State},
-    contact::{Candidate, ContactFrame},
+    contact::{Candidate, ContactFrame, Found},
     engine::Engine,
-    ground::{self, Ceiling},
+    ground,
     kinematics::forward_kinematics,
     mass_matrix::{composite_rigid_body, factorize, unwhiten_velocity, whiten_force, whiten_velocity},
     structure::{BASE_DOFS, Limb, Structure},
@@ -109,7 +109,6 @@ pub(crate) fn heading_to_world<L: Lane>(r_wb: Mat3<L>, v: Vec3<L>) -> Vec3<L> {
 #[inline(never)]
 fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w: &mut Workspace<L>) {
     let structure = engine.structure();
-    let Block { state, parameters, .. } = block;
     let frame = ContactFrame {
         structure,
         config: &engine.config,
@@ -120,37 +119,33 @@ fn find_contacts<L: Lane>(engine: &Engine<L>, block: &Block<L>, r_wb: Mat3<L>, w
     };
     let dt = L::splat(engine.config.time_step);
     let margin = L::splat(engine.config.contact_margin);
-    let ceiling = Ceiling::over(engine.map(), state.base_position);
-    let up = Vec3::new(r_wb.columns[0].z, r_wb.columns[1].z, r_wb.columns[2].z);
+    w.search.run(engine, block, r_wb, &w.links, &w.motion);
     w.contacts.clear();
     for (limb, Limb { spheres, .. }) in structure.limbs.iter().enumerate() {
         for &i in spheres {
+            let Found { near: true, center, velocity, faces } = &w.search.found[i] else { continue };
             let sphere = &structure.spheres[i];
-            let center_b = sphere.center_in_base(parameters, &w.links);
-            let radius = L::broadcast(sphere.radius);
-            if !ceiling.is_reached(up.dot(center_b), radius, center_b) {
-                continue;
-            }
-            let center_w = r_wb * center_b + state.base_position;
-            let Some(faces) = ground::faces(engine.map(), center_w, radius) else { continue };
-            let offset = center_b - w.links[sphere.link].p_bl;
-            let velocity_w = r_wb * w.motion[sphere.link].velocity_of(offset);
             let depth = L::splat(structure.chain_of_link(sphere.link).len() as f64);
-            for (k, near) in faces.into_iter().enumerate() {
+            for (k, near) in faces.iter().enumerate() {
+                if !near.gap.lt(ground::far()).any() {
+                    continue;
+                }
                 // What the step would not close, and a margin for what the step itself changes, is no contact.
-                let approach = velocity_w.dot(near.normal);
+                let normal = r_wb.transpose_mul(near.normal);
+                let approach = velocity.dot(normal);
                 let least = approach.neg_mul_add(dt, margin).max(margin).min(L::splat(ground::REACH));
-                let near = near.only_where(near.gap.lt(least));
+                let gap = near.only_where(near.gap.lt(least)).gap;
                 let slot = k * structure.spheres.len() + i;
-                let point = center_b - r_wb.transpose_mul(near.normal).scale(radius);
+                let point = normal.scale_add(-L::broadcast(sphere.radius), *center);
                 let last_impulse = block.impulses[slot];
                 let slot_of_lanes = L::splat(slot as f64);
-                w.contacts.consider(slot, Candidate { near, point, slot: slot_of_lanes, depth, last_impulse });
+                let candidate = Candidate { gap, normal, point, slot: slot_of_lanes, depth, last_impulse };
+                w.contacts.consider(slot, candidate);
             }
         }
         w.contacts.add_limb(&frame, limb);
     }
-    w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &state.joint_position);
+    w.limits.collect(structure, &engine.config, &w.factor, &w.inverse_diagonal, &block.state.joint_position);
 }
 
 #[inline(never)]

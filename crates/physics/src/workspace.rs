@@ -5,7 +5,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use spatial::{Inertia, Lane};
 
 use crate::{
-    actuator::AffineTorque, bias::LinkMotion, contact::ContactSet, engine::Engine, joint_limit::LimitSet,
+    actuator::AffineTorque,
+    bias::LinkMotion,
+    contact::{ContactSet, Search},
+    engine::Engine,
+    joint_limit::LimitSet,
     kinematics::LinkKinematics,
 };
 
@@ -34,6 +38,7 @@ pub(crate) struct Workspace<L> {
     pub(crate) whitened: Vec<L>,
     /// The same before contacts and limits.
     pub(crate) unconstrained: Vec<L>,
+    pub(crate) search: Search<L>,
     pub(crate) contacts: ContactSet<L>,
     pub(crate) limits: LimitSet<L>,
 }
@@ -55,6 +60,7 @@ impl<L: Lane> Workspace<L> {
             force: vec![L::zero(); dofs],
             whitened: vec![L::zero(); dofs],
             unconstrained: vec![L::zero(); dofs],
+            search: Search::new(structure.spheres.len()),
             contacts: ContactSet::new(structure),
             limits: LimitSet::new(joints, structure.max_chain()),
         }

@@ -18,6 +18,8 @@ pub trait Mask<L>: Copy {
     fn or(self, other: Self) -> Self;
     /// Whether any lane is set.
     fn any(self) -> bool;
+    /// One bit a lane, the first the lowest.
+    fn bits(self) -> u32;
 }
 
 /// A bundle of [`Lane::WIDTH`] real numbers with lanewise arithmetic.
@@ -130,6 +132,10 @@ impl Mask<f64> for bool {
     fn any(self) -> bool {
         self
     }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
 }
 
 impl Lane for f64 {
@@ -234,6 +240,10 @@ impl Mask<f32x16> for f32x16 {
     #[inline(always)]
     fn any(self) -> bool {
         f32x16::any(self)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.to_bitmask()
     }
 }
 
@@ -362,6 +372,8 @@ mod tests {
             let expected = if lane < 8 { lane as f64 } else { -(lane as f64) };
             assert_eq!(picked.get(lane), expected);
         }
+        assert_eq!(ramp.lt(f32x16::splat(3.0)).bits(), 0b111);
+        assert_eq!(ramp.ge(f32x16::splat(15.0)).bits(), 1 << 15);
         assert!(!ramp.gt(f32x16::splat(15.0)).any());
         assert!(ramp.ge(f32x16::splat(15.0)).any());
     }

@@ -84,8 +84,8 @@ impl<L: Lane> Contact<L> {
     #[inline(always)]
     fn become_with(&mut self, frame: &ContactFrame<L>, joints: &[usize], candidate: &Candidate<L>) {
         self.slot = candidate.slot;
-        self.axes = axes(frame.r_wb.transpose_mul(candidate.near.normal));
-        self.allowed_approach = allowed_approach(frame.config, candidate.near.gap);
+        self.axes = axes(candidate.normal);
+        self.allowed_approach = allowed_approach(frame.config, candidate.gap);
         // The base's columns stay in registers until they are done.
         let mut base_columns = self.base_columns_of(candidate.point);
         let joint_columns = &mut self.joint_columns[..joints.len()];

@@ -6,22 +6,26 @@
 //! capped share each step, and a gap not yet closed only limits the approach (speculative contact).
 
 mod constraint;
+mod search;
 mod visit;
 
 use constraint::Contact;
 pub(crate) use constraint::ContactFrame;
+pub(crate) use search::{Found, Search};
 use spatial::{Lane, Mask, Mat3, Vec3};
 
 use crate::{
-    ground::{self, Proximity},
+    ground,
     structure::{BASE_DOFS, Structure},
 };
 
 /// A piece of ground that spheres of a limb, in each lane another one, may touch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate<L> {
-    /// World frame; far where it does not enter the solver.
-    pub(crate) near: Proximity<L>,
+    /// Distance between sphere and ground \[m\]; far where it does not enter the solver.
+    pub(crate) gap: L,
+    /// Direction in which the ground pushes, base frame.
+    pub(crate) normal: Vec3<L>,
     /// Where the ground touches, base frame \[m\].
     pub(crate) point: Vec3<L>,
     /// Place among all possible contacts: the first faces of all spheres, then the second, then the third.
@@ -36,7 +40,8 @@ impl<L: Lane> Candidate<L> {
     #[inline(always)]
     fn select(mask: L::Mask, if_true: &Self, if_false: &Self) -> Self {
         Self {
-            near: Proximity::select(mask, if_true.near, if_false.near),
+            gap: mask.select(if_true.gap, if_false.gap),
+            normal: Vec3::select(mask, if_true.normal, if_false.normal),
             point: Vec3::select(mask, if_true.point, if_false.point),
             slot: mask.select(if_true.slot, if_false.slot),
             depth: mask.select(if_true.depth, if_false.depth),
@@ -80,14 +85,14 @@ impl<L: Lane> ContactSet<L> {
     /// as many contacts as one of the lanes has, not as all of them together. `slot` is the candidate's, the same in all lanes.
     #[inline(always)]
     pub(crate) fn consider(&mut self, slot: usize, candidate: Candidate<L>) {
-        let near = |candidate: &Candidate<L>| candidate.near.gap.lt(ground::far()).any();
+        let near = |candidate: &Candidate<L>| candidate.gap.lt(ground::far()).any();
         if !near(&candidate) {
             return;
         }
         self.slots.push(slot);
         let mut candidate = candidate;
         for kept in &mut self.sorted {
-            let nearer = candidate.near.gap.lt(kept.near.gap);
+            let nearer = candidate.gap.lt(kept.gap);
             let behind = Candidate::select(nearer, kept, &candidate);
             *kept = Candidate::select(nearer, &candidate, kept);
             candidate = behind;
@@ -105,8 +110,9 @@ impl<L: Lane> ContactSet<L> {
             self.active += 1;
             contact.become_that_of(frame, limb, candidate);
             // A lane where it is far must not notice that another brought the contact in.
-            let within = candidate.near.gap.lt(ground::far());
-            let kept = frame.r_wb.transpose_mul(candidate.last_impulse).scale(within.select(L::one(), L::zero()));
+            let within = candidate.gap.lt(ground::far());
+            let kept =
+                frame.r_wb.transpose_mul(candidate.last_impulse).scale(within.select(L::one(), L::zero()));
             // The normal may have turned since: never a pull.
             let [x, y, z] = contact.axes.map(|axis| axis.dot(kept));
             contact.impulse = Vec3::new(x, y, z.max(L::zero()));

@@ -40,7 +40,7 @@ pub(crate) fn far<L: Lane>() -> L {
 
 impl<L: Lane> Proximity<L> {
     #[inline(always)]
-    fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Self { gap: far(), normal: Vec3::new(L::zero(), L::zero(), L::one()) }
     }
 
@@ -86,28 +86,30 @@ impl<L: Lane> Ceiling<L> {
     /// \[m\].
     #[inline(always)]
     pub(crate) fn is_reached(&self, height: L, radius: L, offset: Vec3<L>) -> bool {
-        let low = (height - radius - self.height).lt(L::splat(REACH));
+        // A millimeter more, so that rounding never decides here.
+        let low = (height - radius - self.height).lt(L::splat(REACH + 1e-3));
         low.or(offset.dot(offset).gt(L::splat(map::WIDE * map::WIDE))).any()
     }
+}
+
+/// What the gap to anything a sphere at a world position can touch is at least \[m\].
+#[inline(always)]
+pub(crate) fn least_gap<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> L {
+    center.z - map.top(&map.spot(center.x, center.y)) - radius
 }
 
 /// What a sphere can touch, each with a place of its own in the solver: the triangle under its center or the edge it
 /// rolls over; and of what is beside it along x and along y (walls, upright edges, other sides of valleys) the nearer, then
 /// the other.
 ///
-/// Exact for what is within [`REACH`]; nothing if in no lane anything is.
+/// Exact for what is within [`REACH`]. `least` is the sphere's [`least_gap`].
 #[inline(never)]
-pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> Option<[Proximity<L>; FACES]> {
+pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L, least: L) -> [Proximity<L>; FACES] {
     let none = Proximity::none();
     let spot = map.spot(center.x, center.y);
-    let top = map.top(&spot);
-    let least = center.z - top - radius;
-    if !least.lt(L::splat(REACH)).any() {
-        return None;
-    }
     let Surroundings { walls: has_walls, slopes } = map.surroundings(&spot);
     if !has_walls.or(slopes).any() {
-        return Some([Proximity { gap: least, ..none }, none, none]);
+        return [Proximity { gap: least, ..none }, none, none];
     }
     let patch = Patch::around(map, &spot);
     let z = center.z - patch.base;
@@ -122,7 +124,7 @@ pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> Option<[P
     let x_nearer = along_x.gap.le(along_y.gap);
     let (nearer, other) =
         (Proximity::select(x_nearer, along_x, along_y), Proximity::select(x_nearer, along_y, along_x));
-    Some([own, nearer, other].map(|near| near.flip(patch.sign_x, patch.sign_y)))
+    [own, nearer, other].map(|near| near.flip(patch.sign_x, patch.sign_y))
 }
 
 #[cfg(test)]
@@ -132,7 +134,7 @@ mod tests {
     use super::*;
 
     fn near(map: &Map, center: Vec3<f64>, radius: f64) -> [Proximity<f64>; FACES] {
-        faces(map, center, radius).expect("something near")
+        faces(map, center, radius, least_gap(map, center, radius))
     }
 
     /// Ground 0 for x < 1, a step of 0.2 m from there on.

@@ -1,0 +1,180 @@
+//! Which spheres of a block are near the ground, and what they may touch there.
+//!
+//! A sphere that is near in most lanes is held against the ground where it is. Of the others only those lanes are in which they are
+//! near: as pairs of sphere and lane, packed into full bundles. What a pair gets does not depend on whom it is packed with,
+//! nor on which of the two ways it went.
+
+use spatial::{Lane, Mask, Mat3, Vec3};
+
+use crate::bias::LinkMotion;
+use crate::{
+    block::Block,
+    engine::Engine,
+    ground::{self, Ceiling, FACES, Proximity},
+    kinematics::LinkKinematics,
+    structure::broadcast,
+};
+
+/// One sphere in all lanes.
+#[derive(Clone, Debug)]
+pub(crate) struct Found<L> {
+    /// Whether in some lane it is near the ground; otherwise the rest is old.
+    pub(crate) near: bool,
+    /// Center, base frame \[m\].
+    pub(crate) center: Vec3<L>,
+    /// Velocity of the center, base frame \[m/s\].
+    pub(crate) velocity: Vec3<L>,
+    /// What it may touch, world frame; far where it is not near.
+    pub(crate) faces: [Proximity<L>; FACES],
+}
+
+/// Pairs of a sphere and a lane, as many as there are lanes.
+#[derive(Clone, Debug)]
+struct Bundle<L> {
+    place: Place<L>,
+    pairs: Vec<Pair>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    sphere: usize,
+    lane: usize,
+}
+
+/// A sphere over the map.
+#[derive(Clone, Copy, Debug)]
+struct Place<L> {
+    /// World frame \[m\].
+    center: Vec3<L>,
+    radius: L,
+    /// What every gap is at least \[m\].
+    least: L,
+}
+
+/// Scratch memory of the search.
+#[derive(Clone, Debug)]
+pub(crate) struct Search<L> {
+    /// One a sphere.
+    pub(crate) found: Vec<Found<L>>,
+    bundles: Vec<Bundle<L>>,
+    active: usize,
+}
+
+impl<L: Lane> Search<L> {
+    pub(crate) fn new(spheres: usize) -> Self {
+        let found = Found {
+            near: false,
+            center: Vec3::zero(),
+            velocity: Vec3::zero(),
+            faces: [Proximity::none(); FACES],
+        };
+        let place = Place { center: Vec3::zero(), radius: L::zero(), least: L::zero() };
+        let bundle = Bundle { place, pairs: Vec::with_capacity(L::WIDTH) };
+        Self { found: vec![found; spheres], bundles: vec![bundle; spheres], active: 0 }
+    }
+
+    /// Fills [`Search::found`].
+    #[inline(never)]
+    pub(crate) fn run(
+        &mut self,
+        engine: &Engine<L>,
+        block: &Block<L>,
+        r_wb: Mat3<L>,
+        links: &[LinkKinematics<L>],
+        motion: &[LinkMotion<L>],
+    ) {
+        let Block { state, parameters, .. } = block;
+        let structure = engine.structure();
+        let dt = L::splat(engine.config.time_step);
+        let margin = L::splat(engine.config.contact_margin);
+        let ceiling = Ceiling::over(engine.map(), state.base_position);
+        let up = Vec3::new(r_wb.columns[0].z, r_wb.columns[1].z, r_wb.columns[2].z);
+        self.active = 0;
+        for (i, (sphere, found)) in structure.spheres.iter().zip(&mut self.found).enumerate() {
+            found.near = false;
+            let link = &links[sphere.link];
+            let center_l = if sphere.is_hand { parameters.hand_position } else { broadcast(sphere.center) };
+            let offset = link.r_bl * center_l;
+            let center = offset + link.p_bl;
+            let radius = L::broadcast(sphere.radius);
+            if !ceiling.is_reached(up.dot(center), radius, center) {
+                continue;
+            }
+            let center_w = r_wb * center + state.base_position;
+            let velocity = motion[sphere.link].velocity_of(offset);
+            // Nothing further away can be closed within the step, whatever its direction.
+            let reach = velocity.norm().mul_add(dt, margin).min(L::splat(ground::REACH));
+            let least = ground::least_gap(engine.map(), center_w, radius);
+            let near = least.lt(reach);
+            let lanes = near.bits();
+            if lanes == 0 {
+                continue;
+            }
+            (found.near, found.center, found.velocity) = (true, center, velocity);
+            let place = Place { center: center_w, radius, least };
+            if 4 * lanes.count_ones() as usize >= 3 * L::WIDTH {
+                found.faces = place.faces(engine).map(|face| face.only_where(near));
+            } else {
+                found.faces = [Proximity::none(); FACES];
+                pack(&mut self.bundles, &mut self.active, i, lanes, &place);
+            }
+        }
+        self.look_at_pairs(engine);
+    }
+
+    /// Holds all pairs against the ground.
+    #[inline(always)]
+    fn look_at_pairs(&mut self, engine: &Engine<L>) {
+        let bundles = self.active.div_ceil(L::WIDTH);
+        for bundle in &self.bundles[..bundles] {
+            let faces = bundle.place.faces(engine);
+            for (k, face) in faces.iter().enumerate() {
+                let mut near = face.gap.lt(ground::far()).bits();
+                while near != 0 {
+                    let from = near.trailing_zeros() as usize;
+                    near &= near - 1;
+                    // Behind the last pair lanes are idle.
+                    let Some(&Pair { sphere, lane }) = bundle.pairs.get(from) else { break };
+                    let to = &mut self.found[sphere].faces[k];
+                    to.gap.set(lane, face.gap.get(from));
+                    to.normal.set(lane, face.normal.get(from));
+                }
+            }
+        }
+    }
+}
+
+impl<L: Lane> Place<L> {
+    #[inline(always)]
+    fn faces(&self, engine: &Engine<L>) -> [Proximity<L>; FACES] {
+        ground::faces(engine.map(), self.center, self.radius, self.least)
+    }
+}
+
+/// Appends the lanes of a sphere, given as bits, to the pairs.
+#[inline(always)]
+fn pack<L: Lane>(
+    bundles: &mut [Bundle<L>],
+    active: &mut usize,
+    sphere: usize,
+    mut lanes: u32,
+    place: &Place<L>,
+) {
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize;
+        lanes &= lanes - 1;
+        let to = *active % L::WIDTH;
+        let bundle = &mut bundles[*active / L::WIDTH];
+        *active += 1;
+        if to == 0 {
+            bundle.pairs.clear();
+            // What idles must be a place, too.
+            bundle.place = *place;
+        }
+        bundle.pairs.push(Pair { sphere, lane });
+        let packed = &mut bundle.place;
+        packed.center.set(to, place.center.get(lane));
+        packed.radius.set(to, place.radius.get(lane));
+        packed.least.set(to, place.least.get(lane));
+    }
+}
