@@ -72,6 +72,11 @@ pub trait Lane:
     fn neg_mul_add(self, a: Self, b: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
+    /// One over the square root of a positive number, not always to the last bit.
+    #[inline(always)]
+    fn inverse_sqrt(self) -> Self {
+        Self::one() / self.sqrt()
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// Lesser of two; which one is returned for NaN is not specified.
@@ -314,6 +319,14 @@ impl Lane for f32x16 {
     fn sqrt(self) -> Self {
         f32x16::sqrt(self)
     }
+    #[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+    #[inline(always)]
+    fn inverse_sqrt(self) -> Self {
+        // Half the latency of a root and a division: 14 bits, doubled by a step of Newton's.
+        let guess = inverse_sqrt_14_bits(self);
+        let half = self * f32x16::splat(0.5);
+        guess * (half * guess).mul_neg_add(guess, f32x16::splat(1.5))
+    }
     #[inline(always)]
     fn abs(self) -> Self {
         f32x16::abs(self)
@@ -348,6 +361,20 @@ impl Lane for f32x16 {
     }
 }
 
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+#[inline(always)]
+fn inverse_sqrt_14_bits(x: f32x16) -> f32x16 {
+    use std::arch::x86_64::{_mm512_loadu_ps, _mm512_rsqrt14_ps, _mm512_storeu_ps};
+    let mut out = f32x16::ZERO;
+    // SAFETY: the instructions exist where this is compiled, and both arrays are of sixteen numbers. `wide` has no such function.
+    #[allow(unsafe_code)]
+    unsafe {
+        let guess = _mm512_rsqrt14_ps(_mm512_loadu_ps(x.as_array().as_ptr()));
+        _mm512_storeu_ps(out.as_mut_array().as_mut_ptr(), guess);
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -360,6 +387,18 @@ mod tests {
             for lane in 0..16 {
                 assert!((s.get(lane) - value(lane).sin()).abs() < 2e-6);
                 assert!((c.get(lane) - value(lane).cos()).abs() < 2e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn inverse_roots_are_right_to_the_last_bits() {
+        for step in -40..40 {
+            let value = |lane: usize| 2.0_f64.powi(step) * (1.0 + lane as f64 / 15.0 * 3.0);
+            let inverse = f32x16::from_fn(value).inverse_sqrt();
+            for lane in 0..16 {
+                let exact = 1.0 / f64::from(value(lane) as f32).sqrt();
+                assert!((inverse.get(lane) / exact - 1.0).abs() < 2e-7, "{}", value(lane));
             }
         }
     }

@@ -14,7 +14,6 @@ use crate::{
 /// A contact in the solver. Vectors are along its axes: two tangents, and the normal as z.
 #[derive(Clone, Debug)]
 pub(super) struct Contact<L> {
-    pub(super) limb: usize,
     /// Of the candidate it was made of.
     pub(super) slot: L,
     /// Base frame.
@@ -56,7 +55,6 @@ impl<L: Lane> Contact<L> {
     /// Room for a contact of a limb of at most `joints` joints.
     pub(super) fn new(joints: usize) -> Self {
         Self {
-            limb: 0,
             slot: L::zero(),
             axes: [Vec3::zero(); 3],
             base_columns: [Vec3::zero(); BASE_DOFS],
@@ -73,7 +71,6 @@ impl<L: Lane> Contact<L> {
     /// Becomes the contact of a candidate, without impulse.
     #[inline(never)]
     pub(super) fn become_that_of(&mut self, frame: &ContactFrame<L>, limb: usize, candidate: &Candidate<L>) {
-        self.limb = limb;
         match *frame.structure.limbs[limb].joints {
             [hip, thigh, shank] => self.become_with(frame, &[hip, thigh, shank], candidate),
             [] => self.become_with(frame, &[], candidate),

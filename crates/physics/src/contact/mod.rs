@@ -9,6 +9,8 @@ mod constraint;
 mod search;
 mod visit;
 
+use std::ops::Range;
+
 use constraint::Contact;
 pub(crate) use constraint::ContactFrame;
 pub(crate) use search::{Found, Search};
@@ -50,11 +52,45 @@ impl<L: Lane> Candidate<L> {
     }
 }
 
+/// Does work with the velocities of a limb's joints side by side; a leg of three has them in registers.
+macro_rules! with_joints {
+    ($joints:expr, $velocity:ident, $room:expr, $own:ident => $work:block) => {
+        match *$joints {
+            [] => {
+                let $own: &mut [L] = &mut [];
+                $work
+            }
+            [hip, thigh, shank] => {
+                let mut three = [$velocity[hip], $velocity[thigh], $velocity[shank]];
+                {
+                    let $own: &mut [L] = &mut three;
+                    $work
+                }
+                [$velocity[hip], $velocity[thigh], $velocity[shank]] = three;
+            }
+            ref joints => {
+                let $own: &mut [L] = &mut $room[..joints.len()];
+                for (own, &joint) in $own.iter_mut().zip(joints) {
+                    *own = $velocity[joint];
+                }
+                $work
+                for (own, &joint) in $own.iter().zip(joints) {
+                    $velocity[joint] = *own;
+                }
+            }
+        }
+    };
+}
+
 /// All contacts of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactSet<L> {
     contacts: Vec<Contact<L>>,
     active: usize,
+    /// Limbs that have contacts, and which.
+    runs: Vec<(usize, Range<usize>)>,
+    /// Room for velocities of a limb's joints.
+    joints: Vec<L>,
     /// Slots of the candidates.
     slots: Vec<usize>,
     /// Candidates of the limb at hand, in each lane the nearest first.
@@ -68,6 +104,8 @@ impl<L: Lane> ContactSet<L> {
         Self {
             contacts: vec![Contact::new(joints); slots],
             active: 0,
+            runs: Vec::with_capacity(structure.limbs.len()),
+            joints: vec![L::zero(); joints],
             slots: Vec::with_capacity(slots),
             sorted: Vec::with_capacity(slots),
         }
@@ -77,6 +115,7 @@ impl<L: Lane> ContactSet<L> {
     #[inline(always)]
     pub(crate) fn clear(&mut self) {
         self.active = 0;
+        self.runs.clear();
         self.slots.clear();
         self.sorted.clear();
     }
@@ -105,6 +144,10 @@ impl<L: Lane> ContactSet<L> {
     /// Makes contacts of the limb's candidates, which begin with the impulses of the last step.
     #[inline(never)]
     pub(crate) fn add_limb(&mut self, frame: &ContactFrame<L>, limb: usize) {
+        if self.sorted.is_empty() {
+            return;
+        }
+        self.runs.push((limb, self.active..self.active + self.sorted.len()));
         for candidate in &self.sorted {
             let contact = &mut self.contacts[self.active];
             self.active += 1;
@@ -122,34 +165,48 @@ impl<L: Lane> ContactSet<L> {
 
     /// Applies the warm-start impulses to the whitened velocity.
     #[inline(never)]
-    pub(crate) fn warm_start(&self, structure: &Structure<L::Scalar>, whitened: &mut [L]) {
+    pub(crate) fn warm_start(&mut self, structure: &Structure<L::Scalar>, whitened: &mut [L]) {
         let (base, joints) = split(whitened);
-        for contact in &self.contacts[..self.active] {
-            contact.apply(&structure.limbs[contact.limb].joints, contact.impulse, base, joints);
+        let mut base_now = *base;
+        for (limb, contacts) in self.runs.iter().cloned() {
+            with_joints!(structure.limbs[limb].joints, joints, self.joints, own => {
+                for contact in &self.contacts[contacts] {
+                    contact.apply(contact.impulse, &mut base_now, own);
+                }
+            });
         }
+        *base = base_now;
     }
 
     /// One Gauss–Seidel sweep.
     #[inline(never)]
     pub(crate) fn sweep(&mut self, structure: &Structure<L::Scalar>, friction: L, whitened: &mut [L]) {
         let (base, joints) = split(whitened);
-        // Every contact moves the base: it stays in registers.
+        // Every contact moves the base: it stays in registers, and so does a leg while its contacts are visited.
         let mut base_now = *base;
-        for contact in &mut self.contacts[..self.active] {
-            contact.visit(&structure.limbs[contact.limb].joints, friction, &mut base_now, joints);
+        for (limb, contacts) in self.runs.iter().cloned() {
+            with_joints!(structure.limbs[limb].joints, joints, self.joints, own => {
+                for contact in &mut self.contacts[contacts] {
+                    contact.visit(friction, &mut base_now, own);
+                }
+            });
         }
         *base = base_now;
     }
 
     /// Work that getting out of overlaps takes at most \[J\], if the step ends with this whitened velocity.
     #[inline(always)]
-    pub(crate) fn work_of_pushing_out(&self, structure: &Structure<L::Scalar>, whitened: &mut [L]) -> L {
+    pub(crate) fn work_of_pushing_out(&mut self, structure: &Structure<L::Scalar>, whitened: &mut [L]) -> L {
         let (base, joints) = split(whitened);
         let mut sum = L::zero();
-        for contact in &self.contacts[..self.active] {
-            let speed = contact.velocity(&structure.limbs[contact.limb].joints, base, joints).z;
-            let pushed = speed.clamp(L::zero(), (-contact.allowed_approach).max(L::zero()));
-            sum = contact.impulse.z.mul_add(pushed, sum);
+        for (limb, contacts) in self.runs.iter().cloned() {
+            with_joints!(structure.limbs[limb].joints, joints, self.joints, own => {
+                for contact in &self.contacts[contacts] {
+                    let speed = contact.velocity(base, own).z;
+                    let pushed = speed.clamp(L::zero(), (-contact.allowed_approach).max(L::zero()));
+                    sum = contact.impulse.z.mul_add(pushed, sum);
+                }
+            });
         }
         sum
     }

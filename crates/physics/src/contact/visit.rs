@@ -6,11 +6,10 @@ use super::constraint::{Contact, LARGEST_JUMP_MPS};
 use crate::structure::BASE_DOFS;
 
 impl<L: Lane> Contact<L> {
-    /// Solves the contact given all others; `base` and `joints` are the whitened velocity, `limb` the numbers of its
-    /// joints.
+    /// Solves the contact given all others; `base` and `joints` are the whitened velocity, of the limb's joints only.
     #[inline(always)]
-    pub(super) fn visit(&mut self, limb: &[usize], friction: L, base: &mut [L; BASE_DOFS], joints: &mut [L]) {
-        let velocity = self.velocity(limb, base, joints);
+    pub(super) fn visit(&mut self, friction: L, base: &mut [L; BASE_DOFS], joints: &mut [L]) {
+        let velocity = self.velocity(base, joints);
         let old = self.impulse;
         // Rest: no velocity but the allowed approach along the normal.
         let approach = velocity.z + self.allowed_approach;
@@ -35,44 +34,38 @@ impl<L: Lane> Contact<L> {
         let [slip_x, slip_y] = self.slip_of_normal;
         let trial_x = self.tangential_step.neg_mul_add(slip_x.mul_add(change, velocity.x), old.x);
         let trial_y = self.tangential_step.neg_mul_add(slip_y.mul_add(change, velocity.y), old.y);
-        let length = trial_x.mul_add(trial_x, trial_y * trial_y).max(L::splat(1e-20)).sqrt();
-        let within = (friction * normal / length).min(L::one());
+        let inverse_length = trial_x.mul_add(trial_x, trial_y * trial_y).max(L::splat(1e-20)).inverse_sqrt();
+        let within = (friction * normal * inverse_length).min(L::one());
 
         self.impulse = Vec3::select(sticks, sticking, Vec3::new(trial_x * within, trial_y * within, normal));
-        self.apply(limb, self.impulse - old, base, joints);
+        self.apply(self.impulse - old, base, joints);
     }
 
-    /// Velocity of the contact along its axes. The sums of base and joints are apart: the base's begins when the visit before
-    /// has ended, the joints' long before.
+    /// Velocity of the contact along its axes: three short sums in place of a long one, as a visit waits for it.
     #[inline(always)]
-    pub(super) fn velocity(&self, limb: &[usize], base: &[L; BASE_DOFS], joints: &[L]) -> Vec3<L> {
+    pub(super) fn velocity(&self, base: &[L; BASE_DOFS], joints: &[L]) -> Vec3<L> {
         let mut of_joints = Vec3::zero();
-        for (&column, &joint) in self.joint_columns.iter().zip(limb) {
-            of_joints = column.scale_add(joints[joint], of_joints);
+        for (&column, &joint) in self.joint_columns[..joints.len()].iter().zip(joints) {
+            of_joints = column.scale_add(joint, of_joints);
         }
         let c = &self.base_columns;
-        let angular = c[2].scale_add(base[2], c[1].scale_add(base[1], c[0].scale_add(base[0], of_joints)));
+        let angular = c[2].scale_add(base[2], c[1].scale_add(base[1], c[0].scale(base[0])));
         let linear = c[5].scale_add(base[5], c[4].scale_add(base[4], c[3].scale(base[3])));
-        angular + linear
+        angular + linear + of_joints
     }
 
     /// Adds what an impulse changes to the whitened velocity.
     #[inline(always)]
-    pub(super) fn apply(
-        &self,
-        limb: &[usize],
-        impulse: Vec3<L>,
-        base: &mut [L; BASE_DOFS],
-        joints: &mut [L],
-    ) {
+    pub(super) fn apply(&self, impulse: Vec3<L>, base: &mut [L; BASE_DOFS], joints: &mut [L]) {
+        // The normal part is known long before the others.
         let along = |c: Vec3<L>, before: L| {
-            c.z.mul_add(impulse.z, c.y.mul_add(impulse.y, c.x.mul_add(impulse.x, before)))
+            c.y.mul_add(impulse.y, c.x.mul_add(impulse.x, c.z.mul_add(impulse.z, before)))
         };
         for (velocity, &column) in base.iter_mut().zip(&self.base_columns) {
             *velocity = along(column, *velocity);
         }
-        for (&column, &joint) in self.joint_columns.iter().zip(limb) {
-            joints[joint] = along(column, joints[joint]);
+        for (&column, joint) in self.joint_columns[..joints.len()].iter().zip(joints) {
+            *joint = along(column, *joint);
         }
     }
 }
