@@ -178,3 +178,94 @@ fn pack<L: Lane>(
         packed.least.set(to, place.least.get(lane));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use robot::{Harness, anymal_d, anymal_d_default_joint_position};
+    use spatial::{Philox, Purpose, Quat, f32x16};
+    use terrain::HeightField;
+
+    use super::*;
+    use crate::{Config, kinematics::forward_kinematics, step, workspace::Workspace};
+
+    const LANE: usize = 5;
+
+    /// Scattered heights where x is negative, steps elsewhere.
+    fn engine<L: Lane>() -> Engine<L> {
+        let mut random = Philox::new(1, 0, 0, 0, Purpose::Terrain);
+        let mut cell = |i: usize| {
+            let top = random.uniform(0.0, 0.08);
+            if i % 40 < 20 { std::array::from_fn(|_| random.uniform(0.0, 0.08)) } else { [top; 4] }
+        };
+        let cells = (0..1600).map(&mut cell).collect();
+        let ground = HeightField { cell_size: 0.1, origin: [-2.0; 2], columns: 40, rows: 40, cells };
+        let robot = anymal_d().with_harness(Harness::default()).expect("the nominal harness can be built");
+        Engine::new(robot, Arc::new(ground), Config::default())
+    }
+
+    /// What a robot finds in one lane, all others being `above` it, sphere by sphere: gaps and normals.
+    fn found<L: Lane>(
+        engine: &Engine<L>,
+        robot: usize,
+        lane: usize,
+        above: f64,
+    ) -> Vec<Option<[[f64; 4]; FACES]>> {
+        let mut random = Philox::new(2, robot, 0, 0, Purpose::Evaluation);
+        let mut draw = |width: f32| f64::from(random.uniform(-width, width));
+        let mut block = Block::new(engine);
+        let (position, q) = ([draw(1.2), draw(1.2), 0.45 + draw(0.15)], [draw(0.4), draw(0.4), draw(3.0)]);
+        let q = Quat::from_roll_pitch_yaw(q[0], q[1], q[2]);
+        for i in 0..L::WIDTH {
+            let z = position[2] + if i == lane { 0.0 } else { above };
+            block.state.base_position.set(i, [position[0], position[1], z]);
+            block.state.base_orientation.set(i, [q.w, q.x, q.y, q.z]);
+        }
+        for (to, q) in block.state.joint_position.iter_mut().zip(anymal_d_default_joint_position()) {
+            *to = L::splat(q);
+        }
+        let velocity = [draw(4.0), draw(4.0), draw(4.0)];
+        block.state.base_linear_velocity = Vec3::splat(velocity);
+        let mut w = Workspace::new(engine);
+        let r_wb = block.state.base_orientation.to_matrix();
+        forward_kinematics(engine.structure(), &block.parameters, &block.state, &mut w.links);
+        step::bias(engine, &block.state, r_wb, &mut w);
+        w.search.run(engine, &block, r_wb, &w.links, &w.motion);
+        // Where nothing is, the direction is of no interest.
+        let face = |face: &Proximity<L>| {
+            let [x, y, z] = face.normal.get(lane);
+            let gap = face.gap.get(lane);
+            if gap < 1e3 { [gap, x, y, z] } else { [gap; 4] }
+        };
+        w.search
+            .found
+            .iter()
+            .map(|found| found.near.then(|| [0, 1, 2].map(|k| face(&found.faces[k]))))
+            .collect()
+    }
+
+    #[test]
+    fn packed_pairs_get_what_whole_bundles_get_and_the_scalar_does() {
+        let (lanes, scalar) = (engine::<f32x16>(), engine::<f64>());
+        let (mut near, mut several) = (0, 0);
+        for robot in 0..200 {
+            let together = found(&lanes, robot, LANE, 0.0);
+            let alone = found(&lanes, robot, LANE, 50.0);
+            assert!(together == alone, "robot {robot}:\n{together:?}\n{alone:?}");
+            let plain = found(&scalar, robot, 0, 0.0);
+            for (packed, plain) in alone.iter().zip(&plain) {
+                let gap = |faces: &Option<[[f64; 4]; FACES]>| {
+                    faces.map_or(1e3, |faces| faces.iter().fold(1e3, |least, face| face[0].min(least)))
+                };
+                // Within a millimeter of the reach the two may differ in what is near.
+                if gap(plain) < 0.009 {
+                    assert!((gap(packed) - gap(plain)).abs() < 1e-4, "robot {robot}: {packed:?} {plain:?}");
+                    near += 1;
+                }
+            }
+            several += usize::from(alone.iter().flatten().count() > 2);
+        }
+        assert!(near > 300 && several > 100, "{near} near, {several} robots with more than two");
+    }
+}
