@@ -1,6 +1,6 @@
 //! Which spheres of a block are near the ground, and what they may touch there.
 //!
-//! A sphere that is near in most lanes is held against the ground where it is. Of the others only those lanes are in which they are
+//! A sphere that is near in half of the lanes or more is held against the ground where it is. Of the others only those lanes are in which they are
 //! near: as pairs of sphere and lane, packed into full bundles. What a pair gets does not depend on whom it is packed with,
 //! nor on which of the two ways it went.
 
@@ -112,7 +112,7 @@ impl<L: Lane> Search<L> {
             }
             (found.near, found.center, found.velocity) = (true, center, velocity);
             let place = Place { center: center_w, radius, least };
-            if 4 * lanes.count_ones() as usize >= 3 * L::WIDTH {
+            if 2 * lanes.count_ones() as usize >= L::WIDTH {
                 found.faces = place.faces(engine).map(|face| face.only_where(near));
             } else {
                 found.faces = [Proximity::none(); FACES];
