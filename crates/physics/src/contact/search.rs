@@ -1,8 +1,8 @@
 //! Which spheres of a block are near the ground, and what they may touch there.
 //!
-//! A sphere that is near in half of the lanes or more is held against the ground where it is. Of the others only those lanes are in which they are
-//! near: as pairs of sphere and lane, packed into full bundles. What a pair gets does not depend on whom it is packed with,
-//! nor on which of the two ways it went.
+//! A sphere that is near in half of the lanes or more is held against the ground where it is. Of the others only those lanes
+//! are in which they are near: as pairs of sphere and lane, packed into full bundles. What a pair gets does not depend on
+//! whom it is packed with, nor on which of the two ways it went.
 
 use spatial::{Lane, Mask, Mat3, Vec3};
 
