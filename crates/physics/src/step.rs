@@ -2,6 +2,8 @@
 //!
 //! 1. kinematics, mass matrix (with armature and implicit servo damping), its factor, bias forces;
 //! 2. unconstrained velocity; 3. contacts and joint limits, a fixed number of Gauss–Seidel sweeps; 4. positions.
+//!
+//! The larger stages are never inlined: in one function of thousands of instructions the compiler runs out of registers.
 
 use spatial::{Lane, Mask, Mat3, Vec3};
 

@@ -125,8 +125,13 @@ impl<S: Copy> SphereConstants<S> {
         links: &[LinkKinematics<L>],
     ) -> Vec3<L> {
         let link = &links[self.link];
-        let center_l = if self.is_hand { parameters.hand_position } else { broadcast(self.center) };
-        link.r_bl * center_l + link.p_bl
+        link.r_bl * self.center_in_link(parameters) + link.p_bl
+    }
+
+    /// The center in the link's frame \[m\].
+    #[inline(always)]
+    pub(crate) fn center_in_link<L: Lane<Scalar = S>>(&self, parameters: &Parameters<L>) -> Vec3<L> {
+        if self.is_hand { parameters.hand_position } else { broadcast(self.center) }
     }
 }
 

@@ -71,6 +71,7 @@ impl<L: Lane> Contact<L> {
     /// Becomes the contact of a candidate, without impulse.
     #[inline(never)]
     pub(super) fn become_that_of(&mut self, frame: &ContactFrame<L>, limb: usize, candidate: &Candidate<L>) {
+        // Of a leg's three joints the compiler knows that they are three: loops over them unroll.
         match *frame.structure.limbs[limb].joints {
             [hip, thigh, shank] => self.become_with(frame, &[hip, thigh, shank], candidate),
             [] => self.become_with(frame, &[], candidate),

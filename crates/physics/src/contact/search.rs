@@ -6,13 +6,12 @@
 
 use spatial::{Lane, Mask, Mat3, Vec3};
 
-use crate::bias::LinkMotion;
 use crate::{
+    bias::LinkMotion,
     block::Block,
     engine::Engine,
     ground::{self, Ceiling, FACES, Proximity},
     kinematics::LinkKinematics,
-    structure::broadcast,
 };
 
 /// One sphere in all lanes.
@@ -69,8 +68,8 @@ impl<L: Lane> Search<L> {
             faces: [Proximity::none(); FACES],
         };
         let place = Place { center: Vec3::zero(), radius: L::zero(), least: L::zero() };
-        let bundle = Bundle { place, pairs: Vec::with_capacity(L::WIDTH) };
-        Self { found: vec![found; spheres], bundles: vec![bundle; spheres], active: 0 }
+        let bundle = |_| Bundle { place, pairs: Vec::with_capacity(L::WIDTH) };
+        Self { found: vec![found; spheres], bundles: (0..spheres).map(bundle).collect(), active: 0 }
     }
 
     /// Fills [`Search::found`].
@@ -93,8 +92,7 @@ impl<L: Lane> Search<L> {
         for (i, (sphere, found)) in structure.spheres.iter().zip(&mut self.found).enumerate() {
             found.near = false;
             let link = &links[sphere.link];
-            let center_l = if sphere.is_hand { parameters.hand_position } else { broadcast(sphere.center) };
-            let offset = link.r_bl * center_l;
+            let offset = link.r_bl * sphere.center_in_link(parameters);
             let center = offset + link.p_bl;
             let radius = L::broadcast(sphere.radius);
             if !ceiling.is_reached(up.dot(center), radius, center) {
