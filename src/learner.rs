@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use policy::{Checkpoint, VecEnv, load_onnx, save_onnx};
+use policy::{Checkpoint, VecEnv, layout, load_onnx, save_onnx};
 use ppo::{Iteration, Trainer};
 use serde::Serialize;
 use tasks::guidance::{GuidanceConfig, GuidanceEnv};
@@ -20,6 +20,8 @@ use crate::training::{Learner, Outcome, train};
 pub trait Trainable: TaskConfig {
     /// Its environments.
     type Env: VecEnv;
+    /// Widths of an observation and of an action.
+    const SHAPE: [usize; 2];
     /// Metrics on the progress line.
     const SHOWN: &'static [&'static str];
     /// `num_envs` environments.
@@ -31,6 +33,7 @@ pub trait Trainable: TaskConfig {
 
 impl Trainable for LocomotionConfig {
     type Env = LocomotionEnv;
+    const SHAPE: [usize; 2] = [layout::LOCOMOTION_OBSERVATION, layout::JOINTS];
     const SHOWN: &'static [&'static str] =
         &["tracking_linear", "tracking_yaw", "guidance_score", "falls_per_1000", "terrain_level"];
 
@@ -41,6 +44,7 @@ impl Trainable for LocomotionConfig {
 
 impl Trainable for GuidanceConfig {
     type Env = GuidanceEnv;
+    const SHAPE: [usize; 2] = [layout::SUPERVISOR_OBSERVATION, layout::COMMAND];
     const SHOWN: &'static [&'static str] = &[
         "behavior_reward/total",
         "behavior_reward/stop",
@@ -84,6 +88,18 @@ pub fn learn<T: Trainable>(
 where
     Run<T>: Serialize,
 {
+    let mut trainer = begin(run, config, start)?;
+    train(&mut trainer, run, &config.training, T::SHOWN, interrupt)
+}
+
+/// The learner of a run, where it is to begin, its settings written to the run's folder.
+///
+/// # Errors
+/// A setting, a checkpoint or the disk that cannot be used.
+pub fn begin<T: Trainable>(run: &RunFolder, config: &Run<T>, start: &Start) -> Result<Trainer<T::Env>>
+where
+    Run<T>: Serialize,
+{
     let settings = &config.training;
     let env = config.task.environments(settings.num_envs, settings.seed)?;
     let mut trainer = Trainer::new(config.ppo.clone(), settings.seed, env).or_bad_input(|| "ppo".into())?;
@@ -105,7 +121,7 @@ where
         warm_start(&mut trainer, source).or_bad_input(|| format!("--init-from {}", source.display()))?;
     }
     write_atomic(&run.file("config.toml"), text.as_bytes()).context("cannot write config.toml")?;
-    train(&mut trainer, run, settings, T::SHOWN, interrupt)
+    Ok(trainer)
 }
 
 /// A run with checkpoints goes on with its own settings: others would make of it what no run from the start gives.

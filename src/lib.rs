@@ -9,7 +9,9 @@ pub mod everything;
 pub mod interrupt;
 pub mod judging;
 pub mod learner;
+pub mod machine;
 pub mod metrics;
+pub mod plots;
 pub mod policies;
 pub mod progress;
 pub mod result_tables;
@@ -17,6 +19,7 @@ pub mod run_config;
 pub mod run_folder;
 pub mod server;
 pub mod tensorboard;
+pub mod time_to_quality;
 pub mod training;
 
 pub use {evaluation, physics, policy, ppo, robot, spatial, tasks, terrain};

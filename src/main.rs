@@ -7,7 +7,7 @@ use guidedog::error::{BadInput, with_causes};
 
 mod verbs;
 
-use verbs::{config, evaluate, inspect, picture, play, reproduce, train};
+use verbs::{bench, config, evaluate, inspect, picture, play, reproduce, train};
 
 /// Trains, judges and shows a robotic guide dog that understands the pull of a hand on its harness.
 #[derive(Debug, Parser)]
@@ -23,6 +23,7 @@ Examples:
   guidedog train locomotion --name walk      train the walking policy into runs/walk
   guidedog train supervisor --name guide     train its supervisor
   guidedog evaluate                          judge the shipped policies on seventeen pulls
+  guidedog bench learning --task flat        how long learning takes on this machine
   guidedog play                              the dog in a browser: take the handle
   guidedog inspect robot                     ANYmal D with its harness";
 
@@ -33,6 +34,7 @@ enum Verb {
     Evaluate(evaluate::Arguments),
     Picture(picture::Arguments),
     Config(config::Arguments),
+    Bench(bench::Arguments),
     Play(play::Arguments),
     Inspect(inspect::Arguments),
 }
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Picture(arguments) => picture::run(&arguments),
         Verb::Config(arguments) => config::run(&arguments),
+        Verb::Bench(arguments) => bench::run(&arguments),
         Verb::Play(arguments) => play::run(&arguments),
         Verb::Inspect(arguments) => inspect::run(&arguments),
     };

@@ -66,6 +66,11 @@ impl MetricsTable {
         if self.columns.len() > known { self.rewrite() } else { self.append_last_row() }
     }
 
+    /// Names of all columns, the first of which is `iteration`.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
     /// The values of one column, with their iterations; empty if there is no such column.
     pub fn column(&self, name: &str) -> Vec<(u64, f64)> {
         let Some(column) = self.columns.iter().position(|c| c == name) else { return Vec::new() };

@@ -116,28 +116,74 @@ pub fn train(
     interrupt: &Interrupt,
 ) -> Result<Outcome> {
     let first = learner.iteration();
-    let mut log = Log::open(run, first)?;
-    let mut checkpoints = Checkpoints::new(run, settings)?;
+    let mut session = Session::open(run, settings, first)?;
     let mut progress = Progress::new("iteration", first, settings.iterations);
     let mut message = String::new();
     while learner.iteration() < settings.iterations && !interrupt.requested() {
-        let began = Instant::now();
-        let mut row = learner.iterate().with_context(|| checkpoints.last_good(run))?;
-        let rate = learner.steps_per_iteration() as f64 / began.elapsed().as_secs_f64();
-        row.push(("steps_per_s".into(), rate));
-        let iteration = learner.iteration();
-        log.append(iteration, &row)?;
+        let row = session.iterate(learner)?;
         message = headline(&row, shown);
-        progress.update(iteration, &message);
-        if checkpoints.after(learner, &row)? {
-            log.distributions(learner)?;
+        progress.update(learner.iteration(), &message);
+        if session.is_due() {
+            session.save(learner)?;
         }
     }
-    checkpoints.save(learner)?;
-    log.distributions(learner)?;
+    session.save(learner)?;
     progress.finish(&message);
     let finished = learner.iteration() >= settings.iterations;
     Ok(if finished { Outcome::Finished } else { Outcome::Interrupted })
+}
+
+/// A training of this process: what its iterations leave in the run's folder.
+pub struct Session<'a> {
+    run: &'a RunFolder,
+    log: Log,
+    checkpoints: Checkpoints<'a>,
+}
+
+impl<'a> Session<'a> {
+    /// Goes on after iteration `first`.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn open(run: &'a RunFolder, settings: &'a TrainingSettings, first: u64) -> Result<Self> {
+        let log = Log::open(run, first)?;
+        Ok(Self { run, log, checkpoints: Checkpoints::new(run, settings)? })
+    }
+
+    /// Makes an iteration and records it; returns its numbers.
+    ///
+    /// # Errors
+    /// The learner breaks down or the disk refuses; the last good checkpoint is named.
+    pub fn iterate(&mut self, learner: &mut dyn Learner) -> Result<Vec<(String, f64)>> {
+        let began = Instant::now();
+        let mut row = learner.iterate().with_context(|| last_good(self.run))?;
+        let rate = learner.steps_per_iteration() as f64 / began.elapsed().as_secs_f64();
+        row.push(("steps_per_s".into(), rate));
+        self.log.append(learner.iteration(), &row).with_context(|| last_good(self.run))?;
+        self.checkpoints.note(&row);
+        Ok(row)
+    }
+
+    /// Whether it is time to save.
+    pub fn is_due(&self) -> bool {
+        self.checkpoints.is_due()
+    }
+
+    /// Saves the learner as it is now.
+    ///
+    /// # Errors
+    /// The disk refuses; the last good checkpoint is named.
+    pub fn save(&mut self, learner: &dyn Learner) -> Result<()> {
+        let saved = self.checkpoints.save(learner).and_then(|()| self.log.distributions(learner));
+        saved.with_context(|| last_good(self.run))
+    }
+}
+
+fn last_good(run: &RunFolder) -> String {
+    match run.checkpoints().ok().and_then(|found| found.into_iter().next()) {
+        Some((_, path)) => format!("training stopped; the last good checkpoint is {}", path.display()),
+        None => "training stopped before its first checkpoint".into(),
+    }
 }
 
 fn headline(row: &[(String, f64)], shown: &[&str]) -> String {
@@ -191,17 +237,15 @@ impl<'a> Checkpoints<'a> {
         Ok(Self { run, settings, saved_at: Instant::now(), score: (0.0, 0), best })
     }
 
-    /// Saves if it is time, and says whether it did.
-    fn after(&mut self, learner: &dyn Learner, row: &[(String, f64)]) -> Result<bool> {
+    /// Takes an iteration's score into account.
+    fn note(&mut self, row: &[(String, f64)]) {
         if let Some((_, value)) = row.iter().find(|(name, _)| *name == self.settings.score) {
             self.score = (self.score.0 + value, self.score.1 + 1);
         }
-        let period = Duration::from_secs_f64(self.settings.checkpoint_period_s);
-        let due = self.saved_at.elapsed() >= period;
-        if due {
-            self.save(learner)?;
-        }
-        Ok(due)
+    }
+
+    fn is_due(&self) -> bool {
+        self.saved_at.elapsed() >= Duration::from_secs_f64(self.settings.checkpoint_period_s)
     }
 
     fn save(&mut self, learner: &dyn Learner) -> Result<()> {
@@ -227,13 +271,6 @@ impl<'a> Checkpoints<'a> {
         write_atomic(&self.run.best_checkpoint(), &std::fs::read(newest)?)
             .and_then(|()| write_atomic(&best_score_path(self.run), format!("{mean}\n").as_bytes()))
             .context("cannot keep the best checkpoint")
-    }
-
-    fn last_good(&self, run: &RunFolder) -> String {
-        match run.checkpoints().ok().and_then(|found| found.into_iter().next()) {
-            Some((_, path)) => format!("training stopped; the last good checkpoint is {}", path.display()),
-            None => "training stopped before its first checkpoint".into(),
-        }
     }
 }
 

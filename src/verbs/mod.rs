@@ -1,5 +1,6 @@
 //! The verbs of the program, one file each.
 
+pub(crate) mod bench;
 pub(crate) mod config;
 pub(crate) mod evaluate;
 pub(crate) mod inspect;

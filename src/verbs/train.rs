@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use guidedog::config::resolve;
-use guidedog::error::{BadInput, OrBadInput as _};
+use guidedog::error::BadInput;
 use guidedog::interrupt::Interrupt;
 use guidedog::learner::{Start, Trainable, learn};
+use guidedog::machine::use_threads;
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::training::Outcome;
@@ -78,12 +79,7 @@ fn train<T: Trainable>(
 ) -> Result<ExitCode> {
     let config = resolve(options.config.as_deref(), &options.set)?;
     config.validate()?;
-    if let Some(threads) = options.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .or_bad_input(|| format!("--threads {threads}"))?;
-    }
+    use_threads(options.threads)?;
     let run = RunFolder::open(Path::new("runs"), options.name.as_deref().unwrap_or(what))?;
     let start = match &options.init_from {
         Some(source) => Start::From(source.clone()),

@@ -5,6 +5,7 @@ mod guided;
 pub mod judge;
 pub mod locomotion;
 pub mod measures;
+pub mod milestones;
 pub mod motion;
 pub mod outcome;
 pub mod plane;

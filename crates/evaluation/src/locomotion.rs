@@ -12,7 +12,7 @@ use terrain::{SubTerrain, TerrainGrid};
 use crate::{recording::steps, statistics::wilson_interval};
 
 /// Length of an episode \[s\].
-const EPISODE_S: f64 = 20.0;
+pub(crate) const EPISODE_S: f64 = 20.0;
 /// Not judged: time to get going \[s\].
 const SETTLING_S: f64 = 2.0;
 /// Time between two commands on terrain \[s\].
@@ -71,6 +71,9 @@ pub struct Row {
     pub error: [f64; 3],
     /// Mean of exp(−(e_x² + e_y²) / 0.25) over all scheduled steps, 0 after a fall.
     pub tracking: f64,
+    /// Mean of exp(−e_ω² / 0.25) over all scheduled steps, 0 after a fall.
+    #[serde(default)]
+    pub yaw_tracking: f64,
     /// Mean of exp(−10 (e_x² + e_y² + e_ω²)) over all scheduled steps, 0 after a fall.
     pub behavior_reward: f64,
 }
@@ -140,10 +143,10 @@ fn changing_command(seed: u64, robot: usize, step: usize) -> [f32; 3] {
     [random.uniform(0.3, 1.0), random.uniform(-0.2, 0.2), random.uniform(-0.8, 0.8)]
 }
 
-struct Judge<'a> {
-    policy: &'a LocomotionPolicy,
-    episodes: usize,
-    seed: u64,
+pub(crate) struct Judge<'a> {
+    pub(crate) policy: &'a LocomotionPolicy,
+    pub(crate) episodes: usize,
+    pub(crate) seed: u64,
 }
 
 /// Sums over the steps of a number of robots.
@@ -153,11 +156,13 @@ struct Sums {
     upright: f64,
     error: [f64; 3],
     tracking: f64,
+    yaw_tracking: f64,
     behavior_reward: f64,
 }
 
 impl Judge<'_> {
-    fn row(
+    /// Episodes on a ground, of the nominal robot or of robots drawn as in training, under a steady pull at the hand.
+    pub(crate) fn row(
         &self,
         grid: TerrainGrid,
         randomize: bool,
@@ -203,6 +208,7 @@ impl Judge<'_> {
             wilson_low: wilson_interval(survived, self.episodes).low,
             error: [0, 1, 2].map(|axis| sum(&|s| s.error[axis]) / upright),
             tracking: sum(&|s| s.tracking) / scheduled,
+            yaw_tracking: sum(&|s| s.yaw_tracking) / scheduled,
             behavior_reward: sum(&|s| s.behavior_reward) / scheduled,
             ..Row::default()
         }
@@ -235,6 +241,7 @@ fn run(
             sums.upright += 1.0;
             (0..3).for_each(|axis| sums.error[axis] += e[axis]);
             sums.tracking += (-planar / 0.25).exp();
+            sums.yaw_tracking += (-e[2] * e[2] / 0.25).exp();
             sums.behavior_reward += (-10.0 * (planar + e[2] * e[2])).exp();
         }
     }

@@ -11,6 +11,7 @@ pub mod config;
 mod gradient;
 mod loss;
 mod network;
+mod operations;
 mod panels;
 #[cfg(test)]
 mod pytorch;

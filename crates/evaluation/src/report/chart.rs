@@ -79,6 +79,12 @@ pub(super) fn figure_root(width: f64, height: f64, name: &str) -> Element {
 
 /// Small figures side by side, four in a row, each drawn in its own coordinates.
 pub(super) fn panels(parts: Vec<Element>, size: [f64; 2], name: &str) -> Element {
+    let (placed, [width, height]) = place(parts, size);
+    figure_root(width, height, name).children(placed)
+}
+
+/// Small figures moved to their places, four in a row, and the size of all together.
+pub(super) fn place(parts: Vec<Element>, size: [f64; 2]) -> (Vec<Element>, [f64; 2]) {
     let columns = parts.len().clamp(1, 4);
     let rows = parts.len().div_ceil(columns);
     let place = |index: usize| [(index % columns) as f64 * size[0], (index / columns) as f64 * size[1]];
@@ -86,7 +92,7 @@ pub(super) fn panels(parts: Vec<Element>, size: [f64; 2], name: &str) -> Element
         let [x, y] = place(index).map(coordinate);
         part.with("transform", format!("translate({x} {y})"))
     });
-    figure_root(size[0] * columns as f64, size[1] * rows as f64, name).children(placed)
+    (placed.collect(), [size[0] * columns as f64, size[1] * rows as f64])
 }
 
 /// Text at a point; the class decides anchor and looks.

@@ -19,6 +19,7 @@ mod markup;
 mod measures;
 mod number;
 mod page;
+mod panels;
 mod paths;
 mod prose;
 mod series;
@@ -28,6 +29,7 @@ mod training;
 pub use bands::{Seeds, bands_svg};
 pub use bars::success_bars_svg;
 pub use intent_map::intent_map_svg;
+pub use panels::{Panel, Stroke, panels_svg};
 pub use series::series_svg;
 
 /// A learning curve: one value per iteration.

@@ -51,6 +51,11 @@ impl LocomotionPolicy {
         Ok(Self { mlp: file.mlp, gains })
     }
 
+    /// Weights and biases.
+    pub fn num_parameters(&self) -> usize {
+        self.mlp.num_parameters()
+    }
+
     /// Settings of the physics the policy was trained in.
     pub fn physics(&self) -> physics::Config {
         let mut config = physics::Config::default();

@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use spatial::{Philox, Purpose};
 use terrain::{TerrainGrid, next_level};
 
-use super::{LocomotionConfig, Terrain, metrics::Metrics, reward::StepQuantities, robot_task::RobotTask};
+use super::{
+    LocomotionConfig, Terrain, Way, metrics::Metrics, reward::StepQuantities, robot_task::RobotTask,
+};
 use crate::{
     archive::{Archive, Archived, Reader, Writer},
     simulation::{ACTION_SCALE, CONTACT_THRESHOLD_N, CONTROL_PERIOD_S, GROUP, Group, Simulation},
@@ -127,8 +129,7 @@ impl TaskGroup {
         robot.force_end = 0;
         robot.next_force = 0;
         robot.previous_action = [0.0; 12];
-        robot.progress = 0.0;
-        robot.commanded = 0.0;
+        robot.way = Way::default();
         let spawn = shared.grid.spawn(robot.level, robot.column);
         shared.simulation.reset(&mut self.group, lane, spawn, &shared.config.reset, &mut random);
         self.draw_command_and_force(shared, lane);
@@ -210,13 +211,14 @@ impl TaskGroup {
         }
         let mut random = self.random(shared, lane, Purpose::Terrain);
         let robot = &mut self.robots[lane];
-        let (progress, commanded) = (f64::from(robot.progress), f64::from(robot.commanded));
+        let (progress, commanded) = (f64::from(robot.way.progress), f64::from(robot.way.commanded));
         robot.level = next_level(robot.level, progress, commanded, shared.grid.levels(), &mut random);
     }
 
     fn reward(&mut self, shared: &Shared<'_>, lane: usize, action: &[f32; 12], fell: bool) -> f32 {
         let motion = self.group.base_motion(lane);
-        self.robots[lane].walk(&motion);
+        let robot = &mut self.robots[lane];
+        robot.way.walk(robot.command, &motion);
         let Group { block, contacts, previous_joint_velocity } = &self.group;
         let number = |lanes: &spatial::f32x16| lanes.as_array()[lane];
         let position: [f32; 12] = std::array::from_fn(|j| number(&block.state.joint_position[j]));

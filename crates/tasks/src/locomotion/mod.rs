@@ -13,3 +13,4 @@ pub use config::{LocomotionConfig, Terrain};
 pub use disturbance::{Disturbance, DisturbanceConfig};
 pub use environment::LocomotionEnv;
 pub use reward::RewardConfig;
+pub use robot_task::Way;

@@ -18,9 +18,8 @@ pub(super) struct RobotTask {
     pub(super) level: usize,
     /// Terrain column, constant.
     pub(super) column: usize,
-    /// Way made good along the commands in this episode, and the way commanded \[m\].
-    pub(super) progress: f32,
-    pub(super) commanded: f32,
+    /// In this episode.
+    pub(super) way: Way,
     /// v_x, v_y \[m/s\], ω_z \[rad/s\].
     pub(super) command: [f32; 3],
     /// Step at which the next command is drawn.
@@ -32,10 +31,18 @@ pub(super) struct RobotTask {
     pub(super) previous_action: [f32; 12],
 }
 
-impl RobotTask {
-    /// Adds a control step to the way commanded and the way made good.
-    pub(super) fn walk(&mut self, motion: &BaseMotion) {
-        let [x, y, _] = self.command;
+/// How far a robot was told to go, and how far it went that way: what the terrain curriculum decides by.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Way {
+    /// Way made good along the commands \[m\].
+    pub progress: f32,
+    /// Way commanded \[m\].
+    pub commanded: f32,
+}
+
+impl Way {
+    /// Adds a control step under the command v_x, v_y \[m/s\], ω_z.
+    pub fn walk(&mut self, [x, y, _]: [f32; 3], motion: &BaseMotion) {
         let speed = x.hypot(y);
         if speed > 0.0 {
             let [v_x, v_y, _] = motion.linear_velocity;
@@ -58,8 +65,8 @@ impl Archived for RobotTask {
             archive.u32(word);
         }
         archive.index(&mut self.level);
-        archive.f32(&mut self.progress);
-        archive.f32(&mut self.commanded);
+        archive.f32(&mut self.way.progress);
+        archive.f32(&mut self.way.commanded);
         archive.f32s(&mut self.command);
         archive.f32s(&mut self.previous_action);
     }

@@ -1,0 +1,226 @@
+//! What is trained, with what settings, and to what score.
+
+use std::path::Path;
+
+use anyhow::{Context as _, Result, anyhow};
+use evaluation::milestones::{self, Score, Understanding};
+use serde::Serialize;
+use tasks::guidance::GuidanceConfig;
+use tasks::locomotion::LocomotionConfig;
+use tasks::simulation::DECIMATION;
+
+use crate::config::resolve_text;
+use crate::error::BadInput;
+use crate::learner::{Start, Trainable, begin};
+use crate::policies;
+use crate::run_config::{LocomotionRun, Run, SupervisorRun};
+use crate::run_folder::RunFolder;
+use crate::training::{Learner, TrainingSettings};
+
+/// Operations of one physics step of a robot, of which flat ground needs a little less and rough ground a little more:
+/// `cargo bench --bench physics -- --count`. Of learning to walk they are less than a percent.
+const PHYSICS_STEP_OPERATIONS: f64 = 16e3;
+const FLAT: &str = include_str!("../../configs/locomotion/flat.toml");
+
+/// What is learned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Walking on level ground.
+    Flat,
+    /// Walking on rough ground.
+    Rough,
+    /// Understanding pulls.
+    Supervisor,
+}
+
+impl Task {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Flat, Self::Rough, Self::Supervisor];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flat => "flat",
+            Self::Rough => "rough",
+            Self::Supervisor => "supervisor",
+        }
+    }
+
+    /// The score wanted; [`milestones`] says what it is.
+    pub fn target(self) -> f64 {
+        match self {
+            Self::Flat => 0.9,
+            Self::Rough => 5.0,
+            Self::Supervisor => 0.95,
+        }
+    }
+
+    /// What the score is, in a few words.
+    pub fn score_name(self) -> &'static str {
+        match self {
+            Self::Flat => "tracking, share of its ceiling",
+            Self::Rough => "curriculum level with nine in ten surviving",
+            Self::Supervisor => "behavior reward, share of the oracle's",
+        }
+    }
+
+    /// Longest training, unless said otherwise \[min\].
+    pub fn limit_min(self) -> f64 {
+        match self {
+            Self::Flat => 30.0,
+            Self::Rough => 90.0,
+            Self::Supervisor => 15.0,
+        }
+    }
+
+    /// Training between two judgments, unless said otherwise \[s\].
+    pub fn interval_s(self) -> f64 {
+        if self == Self::Rough { 60.0 } else { 20.0 }
+    }
+
+    /// A training of this task: its defaults (on level ground `configs/locomotion/flat.toml`) under `settings`.
+    ///
+    /// # Errors
+    /// A setting that is unknown or out of range, or a policy that cannot be used.
+    pub fn subject(self, settings: &[String], seed: u64) -> Result<Subject> {
+        let settings = [settings, &[format!("training.seed={seed}")]].concat();
+        match self {
+            Self::Flat => {
+                walking(resolve_text("configs/locomotion/flat.toml", FLAT, &settings)?, milestones::flat)
+            }
+            Self::Rough => walking(resolve_text("defaults", "", &settings)?, milestones::rough),
+            Self::Supervisor => understanding(resolve_text("defaults", "", &settings)?),
+        }
+    }
+}
+
+/// Settings that are compared with others.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Variant {
+    /// Its name.
+    pub name: String,
+    /// `key=value` each.
+    pub settings: Vec<String>,
+}
+
+impl Variant {
+    /// Reads `name=key=value,key=value`, or a name alone: nothing different.
+    ///
+    /// # Errors
+    /// There is no name.
+    pub fn parse(text: &str) -> Result<Self, BadInput> {
+        let (name, rest) = text.split_once('=').unwrap_or((text, ""));
+        if name.is_empty() {
+            return Err(BadInput::new(format!("--variant {text}: must be NAME=key=value,key=value")));
+        }
+        let mut settings = vec![String::new()];
+        let mut depth = 0;
+        for c in rest.chars() {
+            depth += i32::from(c == '[') - i32::from(c == ']');
+            match settings.last_mut() {
+                Some(last) if c != ',' || depth > 0 => last.push(c),
+                _ => settings.push(String::new()),
+            }
+        }
+        settings.retain(|setting| !setting.trim().is_empty());
+        Ok(Self { name: name.to_owned(), settings })
+    }
+}
+
+/// A training that can be begun and judged, whatever it is of.
+pub struct Subject {
+    /// How it trains; the number of iterations does not count.
+    pub settings: TrainingSettings,
+    /// Needed operations of an environment step: inference, update and simulation.
+    pub operations_per_step: f64,
+    pub(super) begin: Box<dyn Fn(&RunFolder) -> Result<Box<dyn Learner>>>,
+    /// Judges a policy file.
+    pub(super) judge: Box<dyn Fn(&Path) -> Result<Score>>,
+}
+
+impl Subject {
+    /// A training of its own kind.
+    pub fn new(
+        settings: TrainingSettings,
+        operations_per_step: f64,
+        begin: impl Fn(&RunFolder) -> Result<Box<dyn Learner>> + 'static,
+        judge: impl Fn(&Path) -> Result<Score> + 'static,
+    ) -> Self {
+        Self { settings, operations_per_step, begin: Box::new(begin), judge: Box::new(judge) }
+    }
+}
+
+fn of_run<T: Trainable + 'static>(
+    config: Run<T>,
+    simulation_operations: f64,
+    judge: impl Fn(&Path) -> Result<Score> + 'static,
+) -> Result<Subject>
+where
+    Run<T>: Serialize,
+{
+    config.validate()?;
+    let [observations, actions] = T::SHAPE;
+    let operations = config.ppo.inference_operations(observations, actions)
+        + config.ppo.update_operations(observations, actions)
+        + simulation_operations;
+    let settings = config.training.clone();
+    let begin = move |run: &RunFolder| -> Result<Box<dyn Learner>> {
+        Ok(Box::new(begin(run, &config, &Start::Resume)?))
+    };
+    Ok(Subject::new(settings, operations, begin, judge))
+}
+
+fn text(path: &Path) -> Result<&str> {
+    path.to_str().with_context(|| format!("{}: is no UTF-8", path.display()))
+}
+
+fn walking(
+    config: LocomotionRun,
+    judge: fn(&tasks::guidance::LocomotionPolicy) -> Result<Score, String>,
+) -> Result<Subject> {
+    let simulation = DECIMATION as f64 * PHYSICS_STEP_OPERATIONS;
+    of_run::<LocomotionConfig>(config, simulation, move |path| {
+        judge(&policies::locomotion(text(path)?)?).map_err(|message| anyhow!(message))
+    })
+}
+
+fn understanding(config: SupervisorRun) -> Result<Subject> {
+    let walk = policies::locomotion(&config.task.locomotion)?;
+    let control_steps = f64::from(config.task.supervisor_period_s / tasks::simulation::CONTROL_PERIOD_S);
+    let control_step = DECIMATION as f64 * PHYSICS_STEP_OPERATIONS + 2.0 * walk.num_parameters() as f64;
+    // The oracle plays once, when the first score is asked for.
+    let judge = std::cell::OnceCell::new();
+    of_run::<GuidanceConfig>(config, control_steps * control_step, move |path| {
+        if judge.get().is_none() {
+            let understanding = Understanding::new(walk.clone()).map_err(|message| anyhow!(message))?;
+            judge.get_or_init(|| understanding);
+        }
+        let judge = judge.get().context("the oracle has played")?;
+        judge.score(&policies::supervisor(text(path)?)?).map_err(|message| anyhow!(message))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variant_is_read_with_lists_in_it() {
+        let variant = Variant::parse("small=ppo.actor_hidden=[64, 32],ppo.epochs=3").unwrap();
+        assert_eq!(variant.name, "small");
+        assert_eq!(variant.settings, ["ppo.actor_hidden=[64, 32]", "ppo.epochs=3"]);
+        assert_eq!(Variant::parse("plain").unwrap().settings, [""; 0]);
+        assert!(Variant::parse("=x=1").unwrap_err().to_string().contains("--variant =x=1"));
+    }
+
+    #[test]
+    fn every_task_has_a_training_whose_operations_are_mostly_those_of_the_update() {
+        for task in Task::ALL {
+            let subject = task.subject(&[], 3).unwrap();
+            assert_eq!(subject.settings.seed, 3);
+            assert!((4e6..3e7).contains(&subject.operations_per_step), "{}", subject.operations_per_step);
+        }
+        let refusal = Task::Flat.subject(&["ppo.epochs=0".to_owned()], 1).err().unwrap();
+        assert!(refusal.to_string().contains("epochs is 0"), "{refusal}");
+    }
+}
