@@ -120,7 +120,8 @@ where
     if let Start::From(source) = start {
         warm_start(&mut trainer, source).or_bad_input(|| format!("--init-from {}", source.display()))?;
     }
-    write_atomic(&run.file("config.toml"), text.as_bytes()).context("cannot write config.toml")?;
+    let path = run.file("config.toml");
+    write_atomic(&path, text.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(trainer)
 }
 

@@ -37,7 +37,7 @@ const SIZE: [f64; 2] = [300.0, 190.0];
 /// The bold line is a mean over such a share of the training.
 const SMOOTHED: usize = 40;
 
-/// Draws every number of `metrics.csv` that was ever other than zero, over environment steps; returns the picture's path.
+/// Draws every number of `metrics.csv` that was not always the same, over environment steps; returns the picture's path.
 ///
 /// # Errors
 /// The table cannot be read, or the disk refuses.
@@ -61,9 +61,9 @@ pub fn write(run: &RunFolder) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// `None` for what was always zero: a term without weight.
+/// `None` for what was always the same: a term without weight, the level of level ground.
 fn panel(name: &str, column: &[(u64, f64)], steps: &[(u64, f64)]) -> Option<Panel> {
-    column.iter().any(|(_, value)| *value != 0.0).then_some(())?;
+    column.iter().any(|(_, value)| *value != column[0].1).then_some(())?;
     let at = |iteration: u64| {
         let found = steps.binary_search_by_key(&iteration, |(iteration, _)| *iteration);
         found.map_or(f64::NAN, |index| steps[index].1 / 1e6)
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_recorded_is_drawn_in_order_and_what_was_always_zero_is_not() {
+    fn what_was_recorded_is_drawn_in_order_and_what_never_changed_is_not() {
         let name = format!("guidedog-plots-{}", std::process::id());
         let run = RunFolder::open(&std::env::temp_dir(), &name).unwrap();
         let mut table = MetricsTable::open(&run.file("metrics.csv"), 0).unwrap();
@@ -90,11 +90,11 @@ mod tests {
             let row = [
                 ("env_steps", i as f64 * 1e4),
                 ("reward/progress", 0.0),
-                ("reward/joint_torque", -0.5),
-                ("kl", 0.02),
+                ("reward/joint_torque", -0.5 * i as f64),
+                ("kl", 1.0 / i as f64),
                 ("tracking_linear", 0.01 * i as f64),
-                ("behavior_reward/stop", 0.1),
-                ("behavior_reward/total", 0.2),
+                ("behavior_reward/stop", 0.1 * i as f64),
+                ("behavior_reward/total", 0.2 * i as f64),
             ];
             table.append(i, &row.map(|(name, value)| (name.to_owned(), value))).unwrap();
         }

@@ -1,11 +1,17 @@
-//! How far a long piece of work is: a bar on a terminal, a plain line every ten seconds in a log.
+//! How far a long piece of work is: on a terminal a bar with what matters below it, in place; in a log a plain line now and then.
 
 use std::io::IsTerminal as _;
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
-const PLAIN_PERIOD: Duration = Duration::from_secs(10);
+/// Time from the beginning to the first line of a log, and from then on from one to the next.
+const PLAIN_FIRST: Duration = Duration::from_secs(10);
+const PLAIN_PERIOD: Duration = Duration::from_secs(60);
+/// Longest line below a bar; narrower than any terminal in use.
+const WIDTH: usize = 78;
+/// Stands between the parts of a message, where its lines may be broken.
+pub const GAP: &str = "  ";
 
 /// Progress of work that is counted in equal steps. Everything goes to stderr: stdout belongs to results.
 #[derive(Debug)]
@@ -15,7 +21,7 @@ pub struct Progress {
     terminal: bool,
     first: u64,
     started: Instant,
-    last_line: Instant,
+    next_line: Instant,
 }
 
 impl Progress {
@@ -30,16 +36,16 @@ impl Progress {
         bar.set_position(done);
         bar.reset_eta();
         let now = Instant::now();
-        Self { what, bar, terminal, first: done, started: now, last_line: now }
+        Self { what, bar, terminal, first: done, started: now, next_line: now + PLAIN_FIRST }
     }
 
-    /// `done` steps are made; `message` says what matters at this moment (rate, scores).
+    /// `done` steps are made; `message` says what matters at this moment (rate, scores), its parts set apart by [`GAP`].
     pub fn update(&mut self, done: u64, message: &str) {
         self.bar.set_position(done);
         if self.terminal {
-            self.bar.set_message(message.to_owned());
-        } else if self.last_line.elapsed() >= PLAIN_PERIOD {
-            self.last_line = Instant::now();
+            self.bar.set_message(below(message));
+        } else if Instant::now() >= self.next_line {
+            self.next_line = Instant::now() + PLAIN_PERIOD;
             self.plain_line(done, message);
         }
     }
@@ -52,7 +58,7 @@ impl Progress {
     /// Ends the bar; its last state stays on the screen.
     pub fn finish(&self, message: &str) {
         if self.terminal {
-            self.bar.abandon_with_message(message.to_owned());
+            self.bar.abandon_with_message(below(message));
         } else {
             self.plain_line(self.bar.position(), message);
         }
@@ -68,8 +74,25 @@ impl Progress {
 }
 
 fn style() -> ProgressStyle {
-    ProgressStyle::with_template("{prefix} {bar:24} {pos}/{len} [{elapsed} < {eta}] {wide_msg}")
+    ProgressStyle::with_template("{prefix} {bar:24} {pos}/{len} [{elapsed} < {eta}]{msg}")
         .unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+/// A message in lines of its own, none too long.
+fn below(message: &str) -> String {
+    let mut text = String::new();
+    let mut used = WIDTH;
+    for part in message.split(GAP).filter(|part| !part.is_empty()) {
+        let width = part.chars().count() + GAP.len();
+        if used + width > WIDTH {
+            text.push('\n');
+            used = 0;
+        }
+        text += GAP;
+        text += part;
+        used += width;
+    }
+    text
 }
 
 /// Time for `left` more steps at the mean pace so far; unknown before the first step.
@@ -96,6 +119,17 @@ mod tests {
         let second = Duration::from_secs(1);
         assert_eq!(time_left(10 * second, 5, 20), Some(40 * second));
         assert_eq!(time_left(10 * second, 0, 20), None);
+    }
+
+    #[test]
+    fn a_message_is_broken_between_its_parts() {
+        assert_eq!(below(""), "");
+        assert_eq!(below("12k steps/s  kl 0.01"), "\n  12k steps/s  kl 0.01");
+        let parts: Vec<String> = (0..9).map(|i| format!("behavior_reward/{i} 0.123")).collect();
+        let text = below(&parts.join(GAP));
+        assert_eq!(text.lines().count(), 1 + 3);
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(parts.iter().all(|part| text.contains(part)));
     }
 
     #[test]

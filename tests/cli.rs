@@ -32,12 +32,37 @@ fn help_and_version_work_everywhere() {
         &["inspect", "robot", "--help"],
         &["inspect", "policy", "--help"],
         &["inspect", "dynamics", "--help"],
+        &["bench", "learning", "--help"],
     ];
     for verb in verbs {
         let output = guidedog(verb);
         assert!(output.status.success() && stdout(&output).contains("Usage:"), "{verb:?}");
     }
     assert!(stdout(&guidedog(&["--version"])).starts_with("guidedog "));
+}
+
+#[test]
+fn the_help_of_training_teaches() {
+    for verb in
+        [&["train", "--help"][..], &["train", "locomotion", "--help"], &["train", "supervisor", "--help"]]
+    {
+        let text = stdout(&guidedog(verb));
+        for word in
+            ["tracking_linear", "falls_per_1000", "kl", "--resume", "tensorboard", "--explain", "plots.svg"]
+        {
+            assert!(text.contains(word), "{verb:?}: {word}");
+        }
+    }
+}
+
+#[test]
+fn a_bench_refuses_what_it_cannot_use_by_name() {
+    refuses(&["bench", "learning", "--task", "dance"], &["dance", "flat", "rough", "supervisor"]);
+    refuses(&["bench", "learning", "--limit", "-1"], &["--limit"]);
+    refuses(&["bench", "learning", "--task", "flat", "--variant", "a=ppo.gama=1"], &["flat a", "ppo.gamma"]);
+    refuses(&["bench", "learning", "--limit=0"], &["--limit 0", "above 0"]);
+    refuses(&["bench", "learning", "--variant", "=x"], &["--variant =x", "NAME=key=value"]);
+    refuses(&["bench", "learning", "--variant", "a", "--variant", "a=x=1"], &["--variant a=x=1", "two"]);
 }
 
 #[test]
@@ -215,7 +240,10 @@ fn settings_are_shown_and_explained() {
     let text = stdout(&guidedog(&["config", "supervisor", "--set", "ppo.gamma=0.9"]));
     assert!(text.contains("gamma = 0.9\n") && text.contains("[task.pull]"), "{text}");
     let text = stdout(&guidedog(&["config", "locomotion", "--explain"]));
-    assert!(text.contains("# Length of an episode [s]. Source: Isaac Lab.\nepisode_s = 20.0"), "{text}");
+    assert!(
+        text.contains("# Length of an episode [s; 0.1 to 1000]. Source: Isaac Lab, 20.\nepisode_s = 20.0"),
+        "{text}"
+    );
     let schema: serde_json::Value =
         serde_json::from_slice(&guidedog(&["config", "locomotion", "--schema"]).stdout).unwrap();
     assert!(schema["properties"]["ppo"]["properties"]["gamma"]["description"].is_string());

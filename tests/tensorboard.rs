@@ -18,6 +18,38 @@ for tag in sorted(events.Tags()["histograms"]):
 "#;
 
 #[test]
+fn tensorboard_reads_a_trainings_reward_terms_and_histograms_by_name() {
+    if !has_packages("tensorboard") {
+        return;
+    }
+    let folder = std::env::temp_dir().join(format!("guidedog-tensorboard-run-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let small = ["iterations=2", "num_envs=16"].map(|setting| format!("training.{setting}"));
+    let nets = ["actor_hidden=[8]", "critic_hidden=[8]"].map(|setting| format!("ppo.{setting}"));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_guidedog"));
+    command.current_dir(&folder).args(["train", "locomotion", "--set", "task.terrain=flat"]);
+    small.iter().chain(&nets).for_each(|setting| drop(command.args(["--set", setting])));
+    assert!(command.output().unwrap().status.success());
+    let output = python().args(["-c", READER]).arg(folder.join("runs/locomotion")).output().unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let terms = guidedog::tasks::locomotion::reward::term_names().map(|name| format!("reward/{name}"));
+    let others = ["tracking_linear", "terrain_level", "kl", "learning_rate", "surrogate_loss", "value_loss"];
+    for tag in terms.iter().map(String::as_str).chain(others) {
+        let line = text.lines().find(|line| line.split(' ').next() == Some(tag));
+        let line = line.unwrap_or_else(|| panic!("no {tag} in {text}"));
+        assert!(line.contains(" 1:") && line.contains(" 2:"), "{line}");
+    }
+    for tag in ["weights/actor", "weights/critic", "policy/std", "rollout/rewards", "rollout/values"] {
+        assert!(
+            text.lines().any(|line| line.starts_with(&format!("{tag} 2 ")) && line.ends_with("True")),
+            "{tag}"
+        );
+    }
+}
+
+#[test]
 fn tensorboard_reads_every_point_and_forgets_those_a_resumed_run_repeats() {
     if !has_packages("tensorboard") {
         return;

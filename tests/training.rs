@@ -208,6 +208,154 @@ fn a_full_disk_is_an_error_and_the_checkpoint_before_stays() {
 }
 
 #[test]
+fn a_terminal_shows_progress_and_scores_in_place_and_a_log_is_quiet() {
+    let folder = Folder::new("terminal");
+    let logged = folder.train(20, &[]);
+    let said = message(&logged);
+    assert!(logged.status.success() && !said.contains('\u{1b}'), "{said}");
+    assert!(said.lines().count() <= 2 && said.contains("iteration 20/20"), "{said}");
+    let last = String::from_utf8_lossy(&logged.stdout).into_owned();
+    assert!(last.contains("plots: runs/small/plots.svg") && folder.file("plots.svg").is_file(), "{last}");
+    let words: String = small_quoted(60);
+    let inside = format!("stty cols 90 rows 30; '{}' {words} --resume", env!("CARGO_BIN_EXE_guidedog"));
+    let mut command = Command::new("script");
+    command.current_dir(&folder.0).args(["--quiet", "--return", "--command", &inside, "/dev/null"]);
+    let Ok(shown) = command.stdin(Stdio::null()).output() else {
+        println!("skipped: there is no `script` to make a terminal with");
+        return;
+    };
+    let text = String::from_utf8_lossy(&shown.stdout).into_owned();
+    assert!(shown.status.success(), "{text}");
+    // Cursor up: drawn again in place.
+    assert!(text.contains("\u{1b}[1A"), "{text:?}");
+    for word in ["60/60", "steps/s", "tracking_linear", "tracking_yaw", "terrain_level", "falls_per_1000"] {
+        assert!(text.contains(word), "{word} is not in {text:?}");
+    }
+}
+
+/// A small file system of its own, which goes with the last process in it: `script` runs there, in `/mnt`, with the program as `$0`.
+/// `None`, saying why, where this user cannot mount one.
+fn in_small_disk(script: &str) -> Option<Output> {
+    let unshare = |script: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["--map-root-user", "--mount", "sh", "-c", script, env!("CARGO_BIN_EXE_guidedog")]);
+        command.output()
+    };
+    let mount = "mount -t tmpfs -o size=1m tmpfs /mnt && cd /mnt";
+    if !unshare(mount).is_ok_and(|output| output.status.success()) {
+        println!("skipped: `unshare --map-root-user --mount` cannot mount a tmpfs here");
+        return None;
+    }
+    Some(unshare(&format!("{mount} || exit 9\n{script}")).unwrap())
+}
+
+/// The small training as words of a shell.
+fn small_quoted(iterations: u32) -> String {
+    small(iterations).iter().map(|word| format!("'{word}' ")).collect()
+}
+
+#[test]
+fn a_disk_that_runs_full_or_is_only_for_reading_is_named_with_the_last_good_checkpoint() {
+    let many = small_quoted(1_000_000);
+    let script = format!(
+        "said=$(\"$0\" {many} 2>&1); echo \"full: $?\"; echo \"$said\"
+         ls runs/small/checkpoints runs/small
+         said=$(\"$0\" {many} --resume 2>&1); echo \"still full: $?\"; echo \"$said\"
+         mount -o remount,ro /mnt
+         \"$0\" {many} --resume; echo \"read-only: $?\"
+         mount -o remount,rw,size=8m /mnt
+         \"$0\" {} --resume; echo \"again: $?\"",
+        small_quoted(4)
+    );
+    let Some(output) = in_small_disk(&script) else { return };
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    let all = format!("{printed}\n{}", message(&output));
+    let (_, named) = all.split_once("the last good checkpoint is runs/small/checkpoints/").expect(&all);
+    let named = &named[.."00000000.safetensors".len()];
+    assert!(printed.lines().any(|line| line == named), "{named} is not there: {all}");
+    assert!(all.contains("No space left on device") && all.contains("Read-only file system"), "{all}");
+    for outcome in ["\nstill full: 1\n", "\nread-only: 1\n", "\nagain: 0\n"] {
+        assert!(printed.contains(outcome), "{outcome:?}: {all}");
+    }
+    assert!(printed.starts_with("full: 1\n") && !printed.contains(".tmp"), "{all}");
+}
+
+#[test]
+fn a_loss_that_is_no_number_stops_the_run_and_names_the_last_good_checkpoint() {
+    let folder = Folder::new("broken");
+    assert!(folder.train(2, &[]).status.success());
+    let (path, _) = newest(&folder);
+    let mut checkpoint = Checkpoint::load(&path).unwrap();
+    // The critic's last weights, so large that the square of an error is beyond all numbers.
+    let parameters = &mut checkpoint.tensors.get_mut("parameters").unwrap().1;
+    let end = parameters.len() - 12;
+    parameters[end - 9..end].fill(1e30);
+    checkpoint.save(&path).unwrap();
+    let output = folder.train(9, &["--resume"]);
+    let said = message(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    let expected = "the last good checkpoint is runs/small/checkpoints/00000002.safetensors";
+    assert!(said.contains(expected) && said.contains("is not finite"), "{said}");
+    assert_eq!(newest(&folder).0, path, "what broke was saved");
+}
+
+#[test]
+fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
+    let folder = Folder::new("bench");
+    let bench = |name: &str, more: &[&str]| {
+        let mut arguments = vec!["bench", "learning", "--task", "flat", "--name", name];
+        for setting in &small(1)[4..] {
+            // Pairs of --set and a setting; the number of iterations is one of those, and does not count.
+            arguments.push(setting);
+        }
+        folder.command(&arguments).args(more).output().unwrap()
+    };
+    let easy = bench("easy", &["--seeds", "2", "--target", "0.01", "--interval", "0.2", "--limit", "1"]);
+    let printed = String::from_utf8_lossy(&easy.stdout).into_owned();
+    assert!(easy.status.success() && printed.contains("2 of 2"), "{printed}\n{}", message(&easy));
+    let hard = ["--seeds", "1", "--target", "2", "--interval", "0.2", "--limit", "0.02", "--variant", "a"];
+    let hard = [&hard[..], &["--variant", "b=ppo.epochs=2", "--json", "found.json"]].concat();
+    // Killed on its way, it goes on: the time before is not forgotten.
+    let mut child = folder
+        .command(&["bench", "learning", "--task", "flat", "--name", "hard"])
+        .args(&small(1)[4..])
+        .args(&hard)
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let table = folder.0.join("runs/hard/flat-a-1/time_to_quality.csv");
+    let rows = || fs::read_to_string(&table).map_or(0, |text| text.lines().count());
+    let started = Instant::now();
+    while rows() < 3 && started.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = fs::read_to_string(&table).unwrap();
+    let output = bench("hard", &hard);
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", message(&output));
+    assert!(printed.contains("a        0 of 1") && printed.contains("b        0 of 1"), "{printed}");
+    assert!(message(&output).contains("2.000 not reached in 0.0 min; best score 0."), "{}", message(&output));
+    let kept = before.lines().take(2).collect::<Vec<_>>();
+    assert!(fs::read_to_string(&table).unwrap().starts_with(&kept.join("\n")), "the first judgment is lost");
+    let found: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.0.join("found.json")).unwrap()).unwrap();
+    let trainings = found["trainings"].as_array().unwrap();
+    assert_eq!(trainings.len(), 2);
+    for training in trainings {
+        assert_eq!(training["reached"], false);
+        assert!(
+            training["wall_min"].as_f64().unwrap() >= 0.02 && training["operations"].as_f64().unwrap() > 0.0
+        );
+    }
+    for file in ["learning.svg", "results.json", "flat-a-1/plots.svg", "flat-b-1/policy.onnx"] {
+        assert!(folder.0.join("runs/hard").join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
 fn a_run_of_another_version_and_a_damaged_one_are_refused_with_the_reason() {
     let folder = Folder::new("version");
     assert!(folder.train(1, &[]).status.success());

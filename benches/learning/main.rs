@@ -7,7 +7,11 @@ mod peak;
 use std::io::BufRead as _;
 use std::time::Instant;
 
+use guidedog::config::resolve;
+use guidedog::learner::Trainable as _;
+use guidedog::machine::{processor_s, resident_mb};
 use guidedog::ppo::{Config, Precision, Trainer};
+use guidedog::run_config::LocomotionRun;
 use nothing::Nothing;
 
 const HELP: &str = "cargo bench --bench learning -- [OPTIONS]
@@ -15,6 +19,7 @@ const HELP: &str = "cargo bench --bench learning -- [OPTIONS]
   --threads N           threads [1]
   --samples N           samples of an update, a multiple of 24 [98304]
   --rounds N            updates that are timed [3]
+  --whole               whole iterations of configs/locomotion/paper.toml, robots and ground included: time and memory
   --follow              one update for each line of standard input, one JSON object each (for compare.py)";
 
 #[derive(Clone)]
@@ -23,6 +28,7 @@ struct Options {
     threads: usize,
     samples: usize,
     rounds: usize,
+    whole: bool,
     follow: bool,
 }
 
@@ -47,21 +53,12 @@ fn main() {
     pool.install(|| {
         if options.follow {
             follow(&options);
+        } else if options.whole {
+            whole(&options);
         } else {
             table(&options);
         }
     });
-}
-
-/// Needed operations of an update: forward, gradient of weights, gradient of inputs, but not of the first layer's input.
-fn operations(config: &Config, samples: usize) -> f64 {
-    let network = |hidden: &[usize], outputs: usize| {
-        let widths = [&[235], hidden, &[outputs]].concat();
-        let weights: usize = widths.windows(2).map(|w| w[0] * w[1]).sum();
-        6 * weights - 2 * widths[0] * widths[1]
-    };
-    let sample = network(&config.actor_hidden, 12) + network(&config.critic_hidden, 1);
-    (sample * samples * config.epochs) as f64
 }
 
 fn learner(options: &Options, precision: Precision) -> Trainer<Nothing> {
@@ -73,25 +70,41 @@ fn learner(options: &Options, precision: Precision) -> Trainer<Nothing> {
 }
 
 fn update(trainer: &mut Trainer<Nothing>) -> Update {
-    let before = cpu_seconds();
+    let before = processor_s();
     let start = Instant::now();
     let [simulation, inference_seconds, seconds] = trainer.iterate().expect("an iteration").times_s;
     // Outside the update the threads do nothing that counts but inference, so their processor time is divided in proportion.
     let share = seconds / start.elapsed().as_secs_f64().max(simulation + inference_seconds + seconds);
-    Update { seconds, cpu_seconds: (cpu_seconds() - before) * share, inference_seconds }
+    Update { seconds, cpu_seconds: (processor_s() - before) * share, inference_seconds }
 }
 
-/// Processor time of all threads so far \[s\]; 0 where the system does not say.
-fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
-    // utime and stime, in hundredths of a second.
-    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
+/// The paper's training as it is, robots and all.
+fn whole(options: &Options) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/locomotion/paper.toml");
+    let config: LocomotionRun = resolve(Some(&path), &[]).expect("a sound configuration");
+    println!(
+        "{} robots x {} steps, {} threads",
+        config.training.num_envs, config.ppo.steps_per_env, options.threads
+    );
+    for &precision in &options.precisions {
+        let env = config.task.environments(config.training.num_envs, 1).expect("a sound configuration");
+        let ppo = Config { precision, ..config.ppo.clone() };
+        let mut trainer = Trainer::new(ppo, 1, env).expect("a sound configuration");
+        for _ in 0..options.rounds {
+            let [simulation, inference, update] = trainer.iterate().expect("an iteration").times_s;
+            println!(
+                "{precision:?}: simulation {simulation:.2} s, inference {inference:.2} s, update {update:.2} s; resident at most {:.0} MB (goal: 1500)",
+                resident_mb()
+            );
+        }
+        let saved = trainer.checkpoint().to_bytes().len() as f64 / 1e6;
+        println!("{precision:?}: a checkpoint of {saved:.0} MB; resident at most {:.0} MB", resident_mb());
+    }
 }
 
 fn table(options: &Options) {
     let peak = peak::fused_multiply_adds();
-    let count = operations(&Config::default(), options.samples);
+    let count = Config::default().update_operations(235, 12) * options.samples as f64;
     let (samples, threads) = (options.samples, options.threads);
     println!("{samples} samples, {:.0} GFLOP needed an update, {threads} threads", count / 1e9);
     println!("fused multiply-add peak of one core, f32: {:.0} GFLOP/s", peak / 1e9);
@@ -141,18 +154,17 @@ fn follow(options: &Options) {
     }
 }
 
-/// Most memory this process ever had \[MB\]; 0 where the system does not say.
-fn resident_mb() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).map_or(0.0, |kb: f64| kb / 1024.0)
-}
-
 fn parse(mut words: impl Iterator<Item = String>) -> Result<Option<Options>, String> {
     let available: Vec<Precision> =
         [Precision::F32, Precision::Bf16].into_iter().filter(|precision| precision.available()).collect();
-    let mut options =
-        Options { precisions: available.clone(), threads: 1, samples: 98_304, rounds: 3, follow: false };
+    let mut options = Options {
+        precisions: available.clone(),
+        threads: 1,
+        samples: 98_304,
+        rounds: 3,
+        whole: false,
+        follow: false,
+    };
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value"));
         let number = |text: String| text.parse().map_err(|_| format!("{word} is {text}, must be a number"));
@@ -166,6 +178,7 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Option<Options>, Str
             "--threads" => options.threads = number(value()?)?,
             "--samples" => options.samples = number(value()?)?,
             "--rounds" => options.rounds = number(value()?)?.max(1),
+            "--whole" => options.whole = true,
             "--follow" => options.follow = true,
             "--bench" => {} // cargo adds it
             "--help" => return Ok(None),

@@ -129,7 +129,9 @@ impl<'a> Trial<'a> {
             ("score".into(), score.value),
         ];
         row.extend(score.parts.into_iter().map(|(name, value)| (name.to_owned(), value)));
-        self.table.append(self.now.iteration, &row).with_context(|| format!("cannot write {TABLE}"))?;
+        self.table
+            .append(self.now.iteration, &row)
+            .with_context(|| format!("cannot write {}", self.run.file(TABLE).display()))?;
         session.save(learner.as_ref())?;
         self.running = (!self.has_ended()).then_some((learner, session));
         Ok(())
@@ -154,14 +156,17 @@ impl<'a> Trial<'a> {
 
     /// What a progress line says of it.
     pub fn headline(&self, row: &[(String, f64)]) -> String {
+        let score = match points(&self.table).last() {
+            Some(last) => format!("last score {:.3}", last.score),
+            None => "not judged yet".into(),
+        };
         let rate = row.iter().find(|(name, _)| name == "steps_per_s").map_or(0.0, |(_, rate)| *rate);
         format!(
-            "{}: {:.1} min, {} steps, {} steps/s, last score {:.3} of {:.3}",
+            "{}: {:.1} min  {} steps  {} steps/s  {score}, {:.3} wanted",
             self.name,
             self.now.wall_s / 60.0,
             short_count(self.now.env_steps),
             short_count(rate),
-            self.now.score,
             self.bounds.target
         )
     }

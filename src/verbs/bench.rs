@@ -113,14 +113,18 @@ impl Learning {
     fn run(&self) -> Result<ExitCode> {
         let variants = self.variants()?;
         self.check_numbers()?;
-        use_threads(self.threads)?;
-        let interrupt = Interrupt::watch()?;
-        // Held for as long as the bench lasts, so that no other writes there.
-        let bench = RunFolder::open(Path::new("runs"), &self.name)?;
         let mut tasks: Vec<Task> = self.task.iter().map(|name| name.task()).collect();
         if tasks.is_empty() {
             tasks = Task::ALL.to_vec();
         }
+        // What cannot be trained is refused before anything is.
+        for task in &tasks {
+            self.subjects(*task, 1, &variants)?;
+        }
+        use_threads(self.threads)?;
+        let interrupt = Interrupt::watch()?;
+        // Held for as long as the bench lasts, so that no other writes there.
+        let bench = RunFolder::open(Path::new("runs"), &self.name)?;
         let mut findings = Vec::new();
         for task in tasks {
             let mut of_task = Vec::new();
@@ -174,6 +178,18 @@ impl Learning {
         Ok(variants)
     }
 
+    fn settings(&self, variant: &Variant) -> Vec<String> {
+        [&self.set[..], &variant.settings].concat()
+    }
+
+    fn subjects(&self, task: Task, seed: u64, variants: &[Variant]) -> Result<Vec<Subject>> {
+        let subject = |variant: &Variant| {
+            let name = || format!("{} {}", task.name(), variant.name);
+            task.subject(&self.settings(variant), seed).with_context(name)
+        };
+        variants.iter().map(subject).collect()
+    }
+
     /// One training a variant, in turns; `None` if the user stops it.
     fn trials(
         &self,
@@ -189,11 +205,7 @@ impl Learning {
             interval_s: self.interval.unwrap_or(task.interval_s()),
             to_the_limit: self.to_the_limit,
         };
-        let settings = |variant: &Variant| [&self.set[..], &variant.settings].concat();
-        let subjects: Vec<Subject> = variants
-            .iter()
-            .map(|variant| task.subject(&settings(variant), seed).with_context(|| variant.name.clone()))
-            .collect::<Result<_>>()?;
+        let subjects = self.subjects(task, seed, variants)?;
         let name = |variant: &Variant| format!("{}-{}-{seed}", task.name(), variant.name);
         let runs: Vec<RunFolder> =
             variants.iter().map(|v| RunFolder::open(bench.path(), &name(v))).collect::<Result<_>>()?;
@@ -209,7 +221,7 @@ impl Learning {
             findings.push(Finding {
                 task: task.name().into(),
                 variant: variant.name.clone(),
-                settings: settings(variant),
+                settings: self.settings(variant),
                 ..trial.finding()
             });
         }

@@ -22,7 +22,7 @@ const EXAMPLES: &str = "\
 Examples:
   guidedog config locomotion                             the defaults, as TOML
   guidedog config locomotion --config my.toml            my settings over the defaults, checked
-  guidedog config supervisor --explain                   every setting with its meaning, unit and source
+  guidedog config supervisor --explain                   every setting: meaning, unit, range, source
   guidedog config supervisor --schema                    JSON Schema, for editors";
 
 #[derive(Debug, Subcommand)]
@@ -71,6 +71,9 @@ fn show<T: TaskConfig>(options: &Options, config: Run<T>) -> Result<ExitCode> {
     if options.schema {
         println!("{}", serde_json::to_string_pretty(&schema)?);
     } else if options.explain {
+        println!(
+            "# What every setting means, [unit; what is allowed], and where it is from. Unit 1: a plain number.\n"
+        );
         print!("{}", explained(&table, schema.as_value(), ""));
     } else {
         print!("{}", toml::to_string(&config)?);

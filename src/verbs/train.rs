@@ -10,6 +10,7 @@ use guidedog::error::BadInput;
 use guidedog::interrupt::Interrupt;
 use guidedog::learner::{Start, Trainable, learn};
 use guidedog::machine::use_threads;
+use guidedog::plots;
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::training::Outcome;
@@ -23,6 +24,23 @@ pub(crate) struct Arguments {
 }
 
 const EXAMPLES: &str = "\
+An iteration: all robots take ppo.steps_per_env steps with noise in their actions, then both networks learn from what came of
+it. training.iterations of them make a run. A terminal shows progress, rate, time left and scores in place; for all the rest,
+while it runs: tensorboard --logdir runs
+
+What to look at:
+  tracking_linear, tracking_yaw   how well robots do as told, with noise: 0.35 is standing still, 0.7 walks, 1 is perfect
+  falls_per_1000                  falls in 1000 steps; 1 is one in 20 s
+  terrain_level                   mean level of the ground, 0 to 9; robots that manage go up
+  behavior_reward/total           how well the supervisor understands: the paper reports 0.61 (its shares: at most 0.25)
+  kl, learning_rate               the rate follows the divergence (ppo.desired_kl); at its lower bound for long, something
+                                  is wrong
+  reward/...                      what each term of the reward pays per step; policy/std, weights/... as histograms
+What is shown is of noisy robots that learn; judge a policy by its mean action: guidedog evaluate, guidedog bench learning.
+
+Settings, later ones over earlier ones: defaults, --config FILE, --set key=value. Every one with its meaning, unit, range
+and source: guidedog config locomotion --explain
+
 Examples:
   guidedog train locomotion --name walk
   guidedog train locomotion --name walk --resume
@@ -31,8 +49,9 @@ Examples:
   guidedog train supervisor --name guide --set task.locomotion=runs/walk/policy.onnx
   guidedog train supervisor --name paper --config configs/supervisor/paper.toml
 
-Everything a run leaves is in its folder: config.toml (all settings as used), metrics.csv and
-TensorBoard events, checkpoints/, policy.onnx. `guidedog config` lists all settings.";
+Everything a run leaves is in its folder: config.toml (all settings as used), metrics.csv and TensorBoard events,
+checkpoints/ (the newest few and the best), policy.onnx, and at the end plots.svg. Ctrl-C saves and stops; killed or
+stopped, --resume goes on to the same bits. A loss that is no number, a full disk: it stops and names the last good checkpoint.";
 
 #[derive(Debug, Subcommand)]
 enum What {
@@ -43,6 +62,7 @@ enum What {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 struct Options {
     /// Name of the run: a folder in runs/ [default: what is trained]
     #[arg(long)]
@@ -86,9 +106,13 @@ fn train<T: Trainable>(
         None if options.resume => Start::Resume,
         None => Start::New,
     };
-    match learn(&run, &config, &start, &Interrupt::watch()?)? {
-        Outcome::Finished => println!("finished: {}", run.path().display()),
-        Outcome::Interrupted => println!("stopped; go on with the same command and --resume"),
+    let outcome = learn(&run, &config, &start, &Interrupt::watch()?)?;
+    let plots = plots::write(&run)?;
+    match outcome {
+        Outcome::Finished => println!("finished: {}; plots: {}", run.path().display(), plots.display()),
+        Outcome::Interrupted => {
+            println!("stopped; go on with the same command and --resume; plots: {}", plots.display());
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

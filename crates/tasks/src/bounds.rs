@@ -14,6 +14,18 @@ pub fn within<T: Copy + PartialOrd + Display>(name: &str, value: T, low: T, high
     }
 }
 
+/// Checks that a setting is a range in order, from `low` to `high`.
+///
+/// # Errors
+/// Names it, with the values found and those allowed.
+pub fn ordered_within(name: &str, [from, to]: [f32; 2], low: f32, high: f32) -> Result<(), String> {
+    if low <= from && from <= to && to <= high {
+        Ok(())
+    } else {
+        Err(format!("{name} is [{from}, {to}], must be an ordered range within [{low}, {high}]"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -23,5 +35,8 @@ mod tests {
         assert!(within("x", 0.0, 0.0, 1.0).is_ok() && within("x", 1.0, 0.0, 1.0).is_ok());
         assert_eq!(within("x", 1.5, 0.0, 1.0).unwrap_err(), "x is 1.5, must be from 0 to 1");
         assert!(within("x", f32::NAN, 0.0, 1.0).unwrap_err().contains("x is NaN"));
+        assert!(ordered_within("x", [0.0, 1.0], 0.0, 1.0).is_ok());
+        assert!(ordered_within("x", [0.5, 0.4], 0.0, 1.0).unwrap_err().contains("x is [0.5, 0.4], must be"));
+        assert!(ordered_within("x", [f32::NAN, 0.4], 0.0, 1.0).is_err());
     }
 }

@@ -8,7 +8,7 @@ use super::page::FIGURE_STYLE;
 
 const MOST_POINTS: usize = 600;
 /// Left of a panel's axes, for the numbers, and right of them \[px\].
-const MARGINS: [f64; 2] = [62.0, 14.0];
+const MARGINS: [f64; 2] = [76.0, 14.0];
 /// Above and below a panel's axes \[px\].
 const BORDERS: [f64; 2] = [30.0, 26.0];
 /// Colors of the groups, as in the other figures; those who come after get another dash.
@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(figure.matches("class=\"panel\"").count(), 2);
         assert!(figure.contains("score &lt;1&gt;") && figure.contains("plain") && figure.contains("minutes"));
         // From the left end of the axes to the right one.
-        assert!(figure.contains("<path class=\"trace trained\" d=\"M62 "), "{figure}");
+        assert!(figure.contains("<path class=\"trace trained\" d=\"M76 "), "{figure}");
         assert!(figure.contains("L386 ") && figure.contains("trace outside dash-1"));
         assert_eq!(figure.matches("class=\"reference\"").count(), 1);
     }

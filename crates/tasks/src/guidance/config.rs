@@ -19,29 +19,29 @@ pub const COMMAND_HIGH: [f32; 3] = [1.2, 0.4, 1.5];
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuidanceConfig {
-    /// The locomotion policy, an ONNX file; `shipped` is the one inside the program.
+    /// The locomotion policy, an ONNX file; "shipped" is the one inside the program. Source: docs/results.md.
     pub locomotion: String,
-    /// The ground.
+    /// The ground. Source: the paper, "rough".
     pub terrain: Terrain,
-    /// Highest level robots begin on, 0 to 9; levels are drawn uniformly. Source: the paper, 5.
+    /// Highest level robots begin on; levels are drawn uniformly \[levels; 0 to 9\]. Source: the paper, 5.
     pub max_level: usize,
-    /// Length of an episode \[s\]. Source: the paper.
+    /// Length of an episode \[s; 1 to 1000\]. Source: the paper, 20.
     pub episode_s: f32,
-    /// Time between two decisions of the supervisor \[s\], a multiple of 0.02.
+    /// Time between two decisions of the supervisor, a multiple of 0.02 \[s; 0.02 to 1\]. Source: ours, 0.1.
     pub supervisor_period_s: f32,
-    /// Scale of the sensors' errors, of both networks; 1 is Isaac Lab's.
+    /// Scale of the sensors' errors, of both networks \[1; 0 to 10\]. Source: Isaac Lab, whose errors are 1.
     pub observation_noise: f32,
     /// The handler's pulls.
     pub pull: PullConfig,
-    /// How far beyond a threshold of Table II a pull must be to mean more \[N\]: one that is on it is gentle then with something
-    /// to spare. The paper: 0.
+    /// How far beyond a threshold of Table II a pull must be to mean more: one that is on it is gentle then with something to
+    /// spare \[N; 0 to 10\]. Source: docs/results.md, "Thresholds"; the paper: 0.
     pub threshold_margin_n: f32,
-    /// Weight of the squared change of the command, per second. Source: the paper, −1e-4.
+    /// Weight of the squared change of the command \[s/m² and s/rad²; -10 to 0\]. Source: the paper, −1e-4.
     pub command_rate: f32,
-    /// Weight of the drift of the heading, per radian: the yaw rate's running mean over 0.5 s, less what is wanted, at
-    /// most 0.15 rad/s. The paper: 0.
+    /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
+    /// \[1/rad; -100 to 0\]. Source: docs/results.md, "Drift of the heading"; the paper: 0.
     pub heading_drift: f32,
-    /// Paid once for a fall. The paper: 0.
+    /// Paid once for a fall \[1; -100 to 0\]. Source: the paper, 0.
     pub fall: f32,
     /// Differences between robots.
     pub randomization: Randomization,
@@ -91,7 +91,8 @@ impl GuidanceConfig {
         within("heading_drift", self.heading_drift, -100.0, 0.0)?;
         within("fall", self.fall, -100.0, 0.0)?;
         self.pull.validate()?;
-        self.randomization.validate()
+        self.randomization.validate()?;
+        self.reset.validate()
     }
 }
 

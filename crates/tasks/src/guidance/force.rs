@@ -8,24 +8,28 @@ use serde::{Deserialize, Serialize};
 use spatial::Philox;
 
 use super::behavior::{PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
+use crate::bounds::{ordered_within, within};
 
 /// Ranges of the pulls, heading frame.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PullConfig {
-    /// Along x: below zero pulls back \[N\]. The paper: −80 to 0.
+    /// Along x, from and to: below zero pulls back \[N; -500 to 500\]. Source: docs/results.md, "Thresholds"; the paper: −80
+    /// to 0.
     pub x_n: [f32; 2],
-    /// Along y: above zero pulls left \[N\]. The paper: ±40.
+    /// Along y, from and to: above zero pulls left \[N; -500 to 500\]. Source: docs/results.md, "Thresholds"; the paper: ±40.
     pub y_n: [f32; 2],
-    /// Along z: above zero lifts \[N\]. The paper: ±20.
+    /// Along z, from and to: above zero lifts \[N; -500 to 500\]. Source: the paper, ±20.
     pub z_n: [f32; 2],
-    /// Share of pulls that are near a threshold along x or along y. The paper: 0.
+    /// Share of pulls that are near a threshold along x or along y \[1; 0 to 1\]. Source: docs/results.md, "Thresholds"; the
+    /// paper: 0.
     pub near_threshold_share: f32,
-    /// How near, ± \[N\].
+    /// How near, ± \[N; 0 to 20\]. Source: docs/results.md, "Thresholds".
     pub near_threshold_n: f32,
-    /// Time between two draws \[s\].
+    /// Time between two draws \[s; 0.1 to 1000\]. Source: the paper, 5.
     pub period_s: f32,
-    /// Error of the observed force along each axis, uniform, ± \[N\]; drawn at every supervisor step.
+    /// Error of the observed force along each axis, uniform, ±; drawn at every supervisor step \[N; 0 to 100\]. Source: ours,
+    /// 0.
     pub noise_n: f32,
 }
 
@@ -54,28 +58,13 @@ impl PullConfig {
     /// # Errors
     /// Names the first value that is out of range, with what is allowed.
     pub fn validate(&self) -> Result<(), String> {
-        for (name, [low, high]) in [("x_n", self.x_n), ("y_n", self.y_n), ("z_n", self.z_n)] {
-            if !(low >= -500.0 && high >= low && high <= 500.0) {
-                return Err(format!(
-                    "pull.{name} is [{low}, {high}], must be an ordered range within [-500, 500]"
-                ));
-            }
-        }
-        if !(0.0..=1.0).contains(&self.near_threshold_share) {
-            let share = self.near_threshold_share;
-            return Err(format!("pull.near_threshold_share is {share}, must be from 0 to 1"));
-        }
-        if !(0.0..=20.0).contains(&self.near_threshold_n) {
-            let width = self.near_threshold_n;
-            return Err(format!("pull.near_threshold_n is {width}, must be from 0 to 20"));
-        }
-        if !(0.1..=1000.0).contains(&self.period_s) {
-            return Err(format!("pull.period_s is {}, must be from 0.1 to 1000", self.period_s));
-        }
-        if !(0.0..=100.0).contains(&self.noise_n) {
-            return Err(format!("pull.noise_n is {}, must be from 0 to 100", self.noise_n));
-        }
-        Ok(())
+        ordered_within("pull.x_n", self.x_n, -500.0, 500.0)?;
+        ordered_within("pull.y_n", self.y_n, -500.0, 500.0)?;
+        ordered_within("pull.z_n", self.z_n, -500.0, 500.0)?;
+        within("pull.near_threshold_share", self.near_threshold_share, 0.0, 1.0)?;
+        within("pull.near_threshold_n", self.near_threshold_n, 0.0, 20.0)?;
+        within("pull.period_s", self.period_s, 0.1, 1000.0)?;
+        within("pull.noise_n", self.noise_n, 0.0, 100.0)
     }
 
     /// Draws a force \[N\].

@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spatial::Philox;
 
+use crate::bounds::{ordered_within, within};
+
 /// How disturbances are drawn.
 ///
 /// Ranges: design section 5. A hand 1.2 m behind the base turns the robot against the pull, and no policy trained without
@@ -11,26 +13,27 @@ use spatial::Philox;
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DisturbanceConfig {
-    /// Strength of all disturbances, 0 to 1.
+    /// Strength of all disturbances \[1; 0 to 1\]. Source: ours.
     pub strength: f32,
     /// Control steps over which the strength grows from 0; only those count during which robots walk as told (`ramp_tracking`
-    /// of the task).
+    /// of the task) \[steps; 0 to 4294967295\]. Source: docs/results.md, "Disturbances before walking".
     pub ramp_steps: u32,
-    /// Force on the base along each axis, ± \[N\].
+    /// Force on the base along each axis, ± \[N; 0 to 1000\]. Source: the paper, 100.
     pub base_force_n: f32,
-    /// Force at the hand along x, from and to \[N\].
+    /// Force at the hand along x, from and to \[N; -1000 to 1000\]. Source: the paper, −80 to 0 in training and −100 in its
+    /// cases; pushes are ours.
     pub hand_force_x_n: [f32; 2],
-    /// Force at the hand along y, ± \[N\].
+    /// Force at the hand along y, ± \[N; 0 to 1000\]. Source: the paper, 40 in training and 50 in its cases.
     pub hand_force_y_n: f32,
-    /// Force at the hand along z, ± \[N\].
+    /// Force at the hand along z, ± \[N; 0 to 1000\]. Source: the paper, 20; twice that is ours.
     pub hand_force_z_n: f32,
-    /// Share of disturbances on the base.
+    /// Share of disturbances on the base; the shares add up to at most 1 \[1; 0 to 1\]. Source: ours.
     pub base_share: f32,
-    /// Share of disturbances at the hand; what is left over is rest.
+    /// Share of disturbances at the hand; what is left over is rest \[1; 0 to 1\]. Source: ours.
     pub hand_share: f32,
-    /// How long a force lasts \[s\].
+    /// How long a force lasts, from and to \[s; 0.02 to 1000\]. Source: ours, from a tug to a pull as long as the paper's.
     pub duration_s: [f32; 2],
-    /// Time from one beginning to the next \[s\].
+    /// Time from one beginning to the next, from and to \[s; 0.02 to 1000\]. Source: ours.
     pub period_s: [f32; 2],
 }
 
@@ -70,32 +73,15 @@ impl DisturbanceConfig {
     /// # Errors
     /// Names the first one out of range.
     pub fn validate(&self) -> Result<(), String> {
-        let within = [
-            ("strength", self.strength, 1.0),
-            ("base_force_n", self.base_force_n, 1000.0),
-            ("hand_force_y_n", self.hand_force_y_n, 1000.0),
-            ("hand_force_z_n", self.hand_force_z_n, 1000.0),
-            ("base_share", self.base_share, 1.0),
-            ("hand_share", self.hand_share, 1.0 - self.base_share),
-        ];
-        for (name, value, most) in within {
-            if !(0.0..=most).contains(&value) {
-                return Err(format!("disturbance.{name} is {value}, must be from 0 to {most}"));
-            }
-        }
-        let ranges = [
-            ("hand_force_x_n", self.hand_force_x_n, -1000.0),
-            ("duration_s", self.duration_s, 0.02),
-            ("period_s", self.period_s, 0.02),
-        ];
-        for (name, [low, high], least) in ranges {
-            if !(low >= least && high >= low && high <= 1000.0) {
-                return Err(format!(
-                    "disturbance.{name} is [{low}, {high}], must be an ordered range within [{least}, 1000]"
-                ));
-            }
-        }
-        Ok(())
+        within("disturbance.strength", self.strength, 0.0, 1.0)?;
+        within("disturbance.base_force_n", self.base_force_n, 0.0, 1000.0)?;
+        within("disturbance.hand_force_y_n", self.hand_force_y_n, 0.0, 1000.0)?;
+        within("disturbance.hand_force_z_n", self.hand_force_z_n, 0.0, 1000.0)?;
+        within("disturbance.base_share", self.base_share, 0.0, 1.0)?;
+        within("disturbance.hand_share", self.hand_share, 0.0, 1.0 - self.base_share)?;
+        ordered_within("disturbance.hand_force_x_n", self.hand_force_x_n, -1000.0, 1000.0)?;
+        ordered_within("disturbance.duration_s", self.duration_s, 0.02, 1000.0)?;
+        ordered_within("disturbance.period_s", self.period_s, 0.02, 1000.0)
     }
 
     /// Draws a force; `progress` from 0 to 1 scales it.

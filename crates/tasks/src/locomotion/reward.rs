@@ -7,7 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::simulation::BaseMotion;
+use crate::{bounds::within, simulation::BaseMotion};
 
 /// What the terms are computed from.
 #[derive(Clone, Copy, Debug)]
@@ -40,56 +40,61 @@ pub struct StepQuantities<'a> {
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RewardConfig {
-    /// exp(−|e_xy|² / `tracking_variance`). Isaac Lab: 1.
+    /// exp(−|e_xy|² / `tracking_variance`) \[1/s; 0 to 100\]. Source: Isaac Lab, 1.
     pub track_linear_velocity: f32,
-    /// exp(−e_ω² / `tracking_variance`). Isaac Lab: 0.5.
+    /// exp(−e_ω² / `tracking_variance`) \[1/s; 0 to 100\]. Source: Isaac Lab, 0.5.
     pub track_yaw_rate: f32,
-    /// exp(−|e_xy|² / `fine_tracking_variance`). Ours.
+    /// exp(−|e_xy|² / `fine_tracking_variance`) \[1/s; 0 to 100\]. Source: ours, the wide term hardly sees 0.1 m/s.
     pub track_linear_velocity_fine: f32,
-    /// exp(−e_ω² / `fine_tracking_variance`). Ours.
+    /// exp(−e_ω² / `fine_tracking_variance`) \[1/s; 0 to 100\]. Source: ours.
     pub track_yaw_rate_fine: f32,
-    /// Share of the commanded speed that is made along it, −1 to 1; 0 without one. Ours: it pulls evenly, where the others are flat, at
-    /// those who go on but slowly, as on stairs.
+    /// Share of the commanded speed that is made along it, −1 to 1; 0 without one. It pulls evenly, where the others are
+    /// flat, at those who go on but slowly, as on stairs \[1/s; 0 to 100\]. Source: ours.
     pub progress: f32,
-    /// Squared error at which the wide tracking terms are down to 1/e \[m²/s² or rad²/s²\]. Isaac Lab: 0.25.
+    /// Squared error at which the wide tracking terms are down to 1/e \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: Isaac
+    /// Lab, 0.25.
     pub tracking_variance: f32,
-    /// The same of the fine ones.
+    /// The same of the fine ones \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: ours; the behavior reward of the paper has
+    /// 0.1.
     pub fine_tracking_variance: f32,
-    /// v_z². Isaac Lab: −2.
+    /// v_z² \[s/m²; -100 to 0\]. Source: Isaac Lab, −2.
     pub vertical_velocity: f32,
-    /// ω_x² + ω_y². Isaac Lab: −0.05.
+    /// ω_x² + ω_y² \[s/rad²; -100 to 0\]. Source: Isaac Lab, −0.05.
     pub roll_pitch_rate: f32,
-    /// Σ τ². Isaac Lab: −1e-5 rough, −2.5e-5 flat.
+    /// Σ τ² \[1/(N² m² s); -100 to 0\]. Source: Isaac Lab, −1e-5 rough, −2.5e-5 flat.
     pub joint_torque: f32,
-    /// Σ q̈². Isaac Lab: −2.5e-7.
+    /// Σ q̈² \[s³/rad²; -100 to 0\]. Source: Isaac Lab, −2.5e-7.
     pub joint_acceleration: f32,
-    /// Σ (a − a')². Isaac Lab: −0.01.
+    /// Σ (a − a')² \[1/s; -100 to 0\]. Source: Isaac Lab, −0.01; twice that is ours.
     pub action_rate: f32,
-    /// Σ over feet that touch down (air time − `air_time_target_s`), unless told to stand. Isaac Lab: 0.125 rough, 0.5 flat.
+    /// Σ over feet that touch down (air time − `air_time_target_s`), unless told to stand \[1/s²; 0 to 100\]. Source: Isaac
+    /// Lab, 0.125 rough, 0.5 flat.
     pub feet_air_time: f32,
-    /// Swings longer than this are paid for, shorter ones fined \[s\]. Isaac Lab: 0.5.
+    /// Swings longer than this are paid for, shorter ones fined \[s; 0 to 10\]. Source: Isaac Lab, 0.5; shorter steps stand a
+    /// pull better.
     pub air_time_target_s: f32,
-    /// Pairs of feet, the front and the hind one, of which neither carries. Ours: a mirror-symmetric policy head-on before a step tends
-    /// to lift both front feet at once and to bound against the riser without end.
+    /// Pairs of feet, the front and the hind one, of which neither carries: a mirror-symmetric policy head-on before a step
+    /// tends to lift both front feet at once and to bound against the riser without end \[1/s; -100 to 0\]. Source: ours, 0.
     pub airborne_pair: f32,
-    /// Number of thighs, knees, shanks and hand in contact. Isaac Lab: −1 (thighs).
+    /// Number of thighs, knees, shanks and hand in contact \[1/s; -100 to 0\]. Source: Isaac Lab, −1 (thighs).
     pub undesired_contact: f32,
-    /// g_x² + g_y². Isaac Lab: 0 rough, −5 flat.
+    /// g_x² + g_y² \[1/s; -100 to 0\]. Source: Isaac Lab, 0 rough, −5 flat.
     pub flat_orientation: f32,
-    /// Radians beyond 95 % of the joint ranges. Isaac Lab: 0.
+    /// Radians beyond 95 % of the joint ranges \[1/(rad s); -100 to 0\]. Source: Isaac Lab, 0; ours, −1.
     pub joint_limit: f32,
-    /// Σ |q − q_default| while told to stand. Ours.
+    /// Σ |q − q_default| while told to stand \[1/(rad s); -100 to 0\]. Source: ours.
     pub stand_still: f32,
-    /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off. Ours.
+    /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
+    /// ours.
     pub fall: f32,
-    /// Strength of all terms but tracking and the fall at the start of training, 0 to 1: with all of it from the start
-    /// standing still pays best, and stepping is not found.
+    /// Strength of all terms but tracking and the fall at the start of training: with all of it from the start standing still
+    /// pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
     pub penalty_start: f32,
-    /// Control steps until that strength has grown to 1; only those count during which robots walk as told
-    /// (`ramp_tracking` of the task).
+    /// Control steps until that strength has grown to 1; only those count during which robots walk as told (`ramp_tracking`
+    /// of the task) \[steps; 0 to 4294967295\]. Source: docs/results.md, "Standing trap".
     pub penalty_ramp_steps: u32,
-    /// Whether a sum below zero counts as zero (legged_gym): penalties then cannot make an early fall pay, but where they rule
-    /// nothing can be learned.
+    /// Whether a sum below zero counts as zero: penalties then cannot make an early fall pay, but where they rule nothing can
+    /// be learned. Source: legged_gym, true.
     pub only_positive: bool,
 }
 
@@ -194,29 +199,18 @@ impl RewardConfig {
     /// Checks the weights.
     ///
     /// # Errors
-    /// Names the first that is not finite.
+    /// Names the first one out of range.
     pub fn validate(&self) -> Result<(), String> {
-        for (name, weight, _) in TERM_TABLE {
-            let value = weight(self);
-            if !value.is_finite() {
-                return Err(format!("reward.{name} is {value}, must be finite"));
-            }
+        for (index, (name, weight, _)) in TERM_TABLE.into_iter().enumerate() {
+            let is_reward = index < TRACKING_TERMS || name == "feet_air_time";
+            let [low, high] = if is_reward { [0.0, 100.0] } else { [-100.0, 0.0] };
+            within(&format!("reward.{name}"), weight(self), low, high)?;
         }
-        for (name, value) in [
-            ("tracking_variance", self.tracking_variance),
-            ("fine_tracking_variance", self.fine_tracking_variance),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(format!("reward.{name} is {value}, must be above 0"));
-            }
-        }
-        if !(0.0..=1.0).contains(&self.penalty_start) {
-            return Err(format!("reward.penalty_start is {}, must be from 0 to 1", self.penalty_start));
-        }
-        if !self.fall.is_finite() || self.fall > 0.0 {
-            return Err(format!("reward.fall is {}, must be 0 or below", self.fall));
-        }
-        Ok(())
+        within("reward.tracking_variance", self.tracking_variance, 1e-6, 100.0)?;
+        within("reward.fine_tracking_variance", self.fine_tracking_variance, 1e-6, 100.0)?;
+        within("reward.air_time_target_s", self.air_time_target_s, 0.0, 10.0)?;
+        within("reward.penalty_start", self.penalty_start, 0.0, 1.0)?;
+        within("reward.fall", self.fall, -1000.0, 0.0)
     }
 }
 

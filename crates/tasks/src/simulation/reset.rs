@@ -6,6 +6,7 @@ use spatial::{Philox, Quat};
 use terrain::HeightField;
 
 use super::{Group, Simulation};
+use crate::bounds::{ordered_within, within};
 
 /// How far the first state of an episode may be from standing still at the spawn point.
 ///
@@ -13,15 +14,15 @@ use super::{Group, Simulation};
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ResetSpread {
-    /// Position along x and y, ± \[m\].
+    /// Position along x and y, ± \[m; 0 to 100\]. Source: Isaac Lab, 0.5.
     pub position_m: f32,
-    /// Heading, ± \[rad\].
+    /// Heading, ± \[rad; 0 to 3.1415927\]. Source: Isaac Lab, π.
     pub yaw_rad: f32,
-    /// Linear velocity along every axis, ± \[m/s\].
+    /// Linear velocity along every axis, ± \[m/s; 0 to 10\]. Source: Isaac Lab, 0.5.
     pub linear_velocity_mps: f32,
-    /// Angular velocity about every axis, ± \[rad/s\].
+    /// Angular velocity about every axis, ± \[rad/s; 0 to 10\]. Source: Isaac Lab, 0.5.
     pub angular_velocity_radps: f32,
-    /// Joint positions are the default ones times a factor from this range.
+    /// Joint positions are the default ones times a factor from this range \[1; 0 to 10\]. Source: Isaac Lab, 0.5 to 1.5.
     pub joint_scale: [f32; 2],
 }
 
@@ -38,6 +39,18 @@ impl Default for ResetSpread {
 }
 
 impl ResetSpread {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// Names the first one out of range.
+    pub fn validate(&self) -> Result<(), String> {
+        within("reset.position_m", self.position_m, 0.0, 100.0)?;
+        within("reset.yaw_rad", self.yaw_rad, 0.0, std::f32::consts::PI)?;
+        within("reset.linear_velocity_mps", self.linear_velocity_mps, 0.0, 10.0)?;
+        within("reset.angular_velocity_radps", self.angular_velocity_radps, 0.0, 10.0)?;
+        ordered_within("reset.joint_scale", self.joint_scale, 0.0, 10.0)
+    }
+
     /// Standing still in the default pose, any heading.
     pub fn standing() -> Self {
         Self {
