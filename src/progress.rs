@@ -30,8 +30,8 @@ impl Progress {
         let what = what.into();
         let terminal = std::io::stderr().is_terminal();
         let bar = if terminal { ProgressBar::new(total) } else { ProgressBar::hidden() };
-        bar.set_length(total);
         bar.set_style(style());
+        bar.set_length(total);
         bar.set_prefix(what.clone());
         bar.set_position(done);
         bar.reset_eta();

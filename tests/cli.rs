@@ -58,7 +58,6 @@ fn the_help_of_training_teaches() {
 #[test]
 fn a_bench_refuses_what_it_cannot_use_by_name() {
     refuses(&["bench", "learning", "--task", "dance"], &["dance", "flat", "rough", "supervisor"]);
-    refuses(&["bench", "learning", "--limit", "-1"], &["--limit"]);
     refuses(&["bench", "learning", "--task", "flat", "--variant", "a=ppo.gama=1"], &["flat a", "ppo.gamma"]);
     refuses(&["bench", "learning", "--limit=0"], &["--limit 0", "above 0"]);
     refuses(&["bench", "learning", "--variant", "=x"], &["--variant =x", "NAME=key=value"]);

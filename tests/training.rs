@@ -226,8 +226,8 @@ fn a_terminal_shows_progress_and_scores_in_place_and_a_log_is_quiet() {
     };
     let text = String::from_utf8_lossy(&shown.stdout).into_owned();
     assert!(shown.status.success(), "{text}");
-    // Cursor up: drawn again in place.
-    assert!(text.contains("\u{1b}[1A"), "{text:?}");
+    // Two lines up, and each cleared: drawn again in place.
+    assert!(text.contains("\u{1b}[2A\r\u{1b}[2K"), "{text:?}");
     for word in ["60/60", "steps/s", "tracking_linear", "tracking_yaw", "terrain_level", "falls_per_1000"] {
         assert!(text.contains(word), "{word} is not in {text:?}");
     }
@@ -399,7 +399,8 @@ fn settings_that_cannot_be_are_refused_by_name() {
         ("ppo.gama=0.9", r#"unknown key "ppo.gama"; the nearest known key is "ppo.gamma""#),
         ("ppo.gamma=1.5", "gamma is 1.5, must be in (0, 1]"),
         ("training.num_envs=17", "num_envs is 17, must be a multiple of 16"),
-        ("task.command.standing_share=2", "shares of commands add up to"),
+        ("task.command.standing_share=2", "standing_share is 2, must be from 0 to 1"),
+        ("task.command.standing_share=0.9", "shares of commands add up to"),
         ("task.terrain=moon", "moon"),
     ];
     for (setting, expected) in table {

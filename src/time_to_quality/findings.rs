@@ -163,8 +163,8 @@ mod tests {
         ];
         let text = table(&all);
         assert!(text.contains("flat: tracking, share of its ceiling, 0.9 wanted within 30 min"), "{text}");
-        assert!(text.contains("plain    2 of 3       9.0 (7.0 to not)"), "{text}");
-        assert!(text.contains("other    0 of 1                    not"), "{text}");
+        assert!(text.contains("plain    2 of 3      9.0 (7.0 to not)     0.0 (0.0 to not)"), "{text}");
+        assert!(text.contains("other    0 of 1                   not"), "{text}");
         let figure = picture(&all);
         assert_eq!(figure.matches("<path class=\"trace").count(), 4);
         assert_eq!(figure.matches("class=\"reference\"").count(), 1);

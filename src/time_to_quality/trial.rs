@@ -118,6 +118,10 @@ impl<'a> Trial<'a> {
                 Err(error) => return Err(error),
             }
         }
+        if points(&self.table).last().copied().unwrap_or_default().iteration == self.now.iteration {
+            // Interrupted before the first iteration of this turn.
+            return Ok(());
+        }
         let policy = self.run.file("policy.onnx");
         learner.export(&policy).with_context(|| format!("cannot save {}", policy.display()))?;
         let score = (self.subject.judge)(&policy)?;
