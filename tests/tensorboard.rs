@@ -28,7 +28,7 @@ fn tensorboard_reads_a_trainings_reward_terms_and_histograms_by_name() {
     let nets = ["actor_hidden=[8]", "critic_hidden=[8]"].map(|setting| format!("ppo.{setting}"));
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_guidedog"));
     command.current_dir(&folder).args(["train", "locomotion", "--set", "task.terrain=flat"]);
-    small.iter().chain(&nets).for_each(|setting| drop(command.args(["--set", setting])));
+    command.args(small.iter().chain(&nets).flat_map(|setting| ["--set", setting]));
     assert!(command.output().unwrap().status.success());
     let output = python().args(["-c", READER]).arg(folder.join("runs/locomotion")).output().unwrap();
     std::fs::remove_dir_all(&folder).unwrap();

@@ -127,15 +127,18 @@ impl Variant {
     }
 }
 
+type Begin = dyn Fn(&RunFolder) -> Result<Box<dyn Learner>>;
+type Judge = dyn Fn(&Path) -> Result<Score>;
+
 /// A training that can be begun and judged, whatever it is of.
 pub struct Subject {
     /// How it trains; the number of iterations does not count.
     pub settings: TrainingSettings,
     /// Needed operations of an environment step: inference, update and simulation.
     pub operations_per_step: f64,
-    pub(super) begin: Box<dyn Fn(&RunFolder) -> Result<Box<dyn Learner>>>,
+    pub(super) begin: Box<Begin>,
     /// Judges a policy file.
-    pub(super) judge: Box<dyn Fn(&Path) -> Result<Score>>,
+    pub(super) judge: Box<Judge>,
 }
 
 impl Subject {
