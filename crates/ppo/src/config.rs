@@ -68,6 +68,10 @@ pub struct Config {
     pub initial_std: f32,
     /// Whether half of the samples, drawn anew in each epoch, are learned from in their left–right mirror image.
     pub symmetry: bool,
+    /// Blocks of eight partial gradients in which a minibatch is added up. A partial is the work of one thread, so this times
+    /// eight is how many threads of all ranks can work at once; one block a rank is the least to exchange. Another number is
+    /// another order of addition: other bits, the same learning.
+    pub gradient_blocks: usize,
     /// What numbers the networks are computed with in training: "f32", or "bf16" where the processor has AVX-512 BF16.
     pub precision: Precision,
 }
@@ -93,6 +97,7 @@ impl Default for Config {
             max_gradient_norm: 1.0,
             initial_std: 1.0,
             symmetry: false,
+            gradient_blocks: 1,
             precision: Precision::F32,
         }
     }
@@ -159,6 +164,8 @@ impl Config {
         check(not_negative(self.desired_kl), "desired_kl", &self.desired_kl, "0 or above")?;
         check(positive(self.max_gradient_norm), "max_gradient_norm", &self.max_gradient_norm, "above 0")?;
         check(positive(self.initial_std), "initial_std", &self.initial_std, "above 0")?;
+        let blocks = self.gradient_blocks;
+        check((1..=4096).contains(&blocks), "gradient_blocks", &blocks, "from 1 to 4096")?;
         let fits = self.precision.available();
         check(fits, "precision", &self.precision, "F32: this processor has no AVX-512 BF16")
     }
