@@ -12,6 +12,7 @@ pub mod learner;
 pub mod metrics;
 pub mod policies;
 pub mod progress;
+pub mod ranks;
 pub mod result_tables;
 pub mod run_config;
 pub mod run_folder;

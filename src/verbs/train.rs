@@ -8,7 +8,8 @@ use clap::{Args, Subcommand};
 use guidedog::config::resolve;
 use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::interrupt::Interrupt;
-use guidedog::learner::{Start, Trainable, learn};
+use guidedog::learner::{Start, Trainable, learn_together};
+use guidedog::ranks;
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::training::Outcome;
@@ -29,6 +30,7 @@ Examples:
   guidedog train locomotion --name finer --init-from runs/walk --set ppo.desired_kl=0.01
   guidedog train supervisor --name guide --set task.locomotion=runs/walk/policy.onnx
   guidedog train supervisor --name paper --config configs/supervisor/paper.toml
+  mpirun -n 2 guidedog train supervisor --name guide      (docs/cluster.md)
 
 Everything a run leaves is in its folder: config.toml (all settings as used), metrics.csv and
 TensorBoard events, checkpoints/, policy.onnx. `guidedog config` lists all settings.";
@@ -84,15 +86,25 @@ fn train<T: Trainable>(
             .build_global()
             .or_bad_input(|| format!("--threads {threads}"))?;
     }
-    let run = RunFolder::open(Path::new("runs"), options.name.as_deref().unwrap_or(what))?;
     let start = match &options.init_from {
         Some(source) => Start::From(source.clone()),
         None if options.resume => Start::Resume,
         None => Start::New,
     };
-    match learn(&run, &config, &start, &Interrupt::watch()?)? {
-        Outcome::Finished => println!("finished: {}", run.path().display()),
-        Outcome::Interrupted => println!("stopped; go on with the same command and --resume"),
+    let (root, name) = (Path::new("runs"), options.name.as_deref().unwrap_or(what));
+    let (exchange, interrupt) = (ranks::join()?, Interrupt::watch()?);
+    let leads = exchange.rank() == 0;
+    let run = leads.then(|| RunFolder::open(root, name)).transpose();
+    ranks::tell_when_ended(&interrupt, root.join(name), exchange.rank(), exchange.ranks());
+    let outcome = exchange
+        .agree(run)
+        .and_then(|run| Ok((learn_together(exchange, run.as_ref(), &config, &start, &interrupt)?, run)));
+    match outcome {
+        // Rank 0 speaks, and answers, for all.
+        _ if !leads => {}
+        Err(error) => return Err(error),
+        Ok((Outcome::Finished, _)) => println!("finished: {}", root.join(name).display()),
+        Ok((Outcome::Interrupted, _)) => println!("stopped; go on with the same command and --resume"),
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -149,7 +149,9 @@ mod tests {
                 (0..ranks).map(|rank| Share::of_rank(rank, ranks, total, unit).unwrap()).collect();
             assert!(shares[0].envs.start == 0 && shares[ranks - 1].envs.end == total);
             assert!(shares.windows(2).all(|pair| pair[0].envs.end == pair[1].envs.start));
-            assert!(shares.iter().all(|share| share.envs.start.is_multiple_of(unit) && !share.envs.is_empty()));
+            assert!(
+                shares.iter().all(|share| share.envs.start.is_multiple_of(unit) && !share.envs.is_empty())
+            );
         }
         let message = Share::of_rank(0, 5, 512, 128).unwrap_err();
         assert_eq!(message, "num_envs is 512, must be at least 640 for 5 ranks");

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::ops::Range;
 use std::time::Instant;
 
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, RankError};
 
 /// All ranks, as one of them sees them. Without others nothing is copied or waited for.
 pub(crate) struct Team {
@@ -86,6 +86,25 @@ impl Team {
         by_step
     }
 
+    /// Holds this rank's numbers against those of rank 0.
+    ///
+    /// # Errors
+    /// On all ranks, if one has others: it runs another build, or its processor rounds otherwise.
+    pub(crate) fn compare(&self, own: &[f32]) -> Result<(), RankError> {
+        if self.is_alone() {
+            return Ok(());
+        }
+        let checksum = own.iter().fold(0_u64, |sum, value| sum.rotate_left(1) ^ u64::from(value.to_bits()));
+        let all = self.exchange.all_gather(&checksum.to_le_bytes());
+        let other = all.iter().position(|checksum| *checksum != all[0]);
+        other.map_or(Ok(()), |rank| {
+            let message = "its weights are not those of rank 0, must be the same to the bit: all ranks need the same build \
+                           and processors of one kind"
+                .into();
+            Err(RankError { rank, message })
+        })
+    }
+
     /// Time spent with other ranks, waiting for them included, and bytes sent, since the last call.
     pub(crate) fn take_clock(&self) -> (f64, u64) {
         (self.exchange.seconds.take(), self.exchange.bytes.take())
@@ -132,5 +151,45 @@ impl Exchange for Clocked {
         let found = self.inner.all_to_all(sent, counts, received);
         self.note(began, size_of_val(sent) - size_of::<f32>() * counts[self.rank()]);
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exchange::threads;
+
+    #[test]
+    fn other_weights_on_a_rank_are_noticed_by_all() {
+        let found: Vec<_> = std::thread::scope(|scope| {
+            let start = |(rank, exchange)| {
+                scope.spawn(move || {
+                    let team = Team::new(Box::new(exchange), 1);
+                    let odd = if rank == 2 { 1.0_f32.next_up() } else { 1.0 };
+                    (team.compare(&[0.5, 1.0]), team.compare(&[0.5, odd]).unwrap_err().rank)
+                })
+            };
+            let running: Vec<_> = threads(3).into_iter().enumerate().map(start).collect();
+            running.into_iter().map(|thread| thread.join().unwrap()).collect()
+        });
+        assert_eq!(found, [(Ok(()), 2), (Ok(()), 2), (Ok(()), 2)]);
+    }
+
+    #[test]
+    fn samples_of_uneven_ranks_come_in_the_order_of_one() {
+        let found: Vec<_> = std::thread::scope(|scope| {
+            let start = |(rank, exchange)| {
+                scope.spawn(move || {
+                    let team = Team::new(Box::new(exchange), 1 + rank);
+                    let own: Vec<f32> = (0..2)
+                        .flat_map(|step| team.own_envs().map(move |env| (10 * step + env) as f32))
+                        .collect();
+                    team.gather_samples(&own, 2)
+                })
+            };
+            let running: Vec<_> = threads(2).into_iter().enumerate().map(start).collect();
+            running.into_iter().map(|thread| thread.join().unwrap()).collect()
+        });
+        assert!(found.iter().all(|samples| *samples == [0.0, 1.0, 2.0, 10.0, 11.0, 12.0]), "{found:?}");
     }
 }

@@ -133,7 +133,8 @@ impl<E: VecEnv> Trainer<E> {
         mut env: E,
         exchange: Box<dyn Exchange>,
     ) -> Result<Self, TrainError> {
-        config.validate()?;
+        // What a processor can is not the same everywhere.
+        exchange.agree(config.validate().map_err(TrainError::from))?;
         let partials = Partials::new(config.gradient_blocks, &*exchange);
         let ranks = exchange.ranks();
         if ranks > partials.count() {
@@ -203,6 +204,11 @@ impl<E: VecEnv> Trainer<E> {
         &mut self.env
     }
 
+    /// The ranks that learn together.
+    pub fn exchange(&self) -> &dyn Exchange {
+        self.team.exchange()
+    }
+
     /// Iterations made so far.
     pub fn iteration(&self) -> u64 {
         self.iteration
@@ -255,6 +261,7 @@ impl<E: VecEnv> Trainer<E> {
         let start = Instant::now();
         self.estimate_advantages();
         let losses = self.update()?;
+        self.team.compare(&self.parameters)?;
         let update_s = start.elapsed().as_secs_f64();
         let index = self.iteration;
         self.iteration += 1;
