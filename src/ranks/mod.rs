@@ -34,10 +34,15 @@ pub fn join() -> Result<Box<dyn Exchange>, BadInput> {
     }
 }
 
+/// The tasks of a Slurm step; they are ranks if PMIx numbers them, too.
+const SLURM_SIZE: &str = "SLURM_STEP_NUM_TASKS";
+const PMIX_RANK: &str = "PMIX_RANK";
+
 /// Which variable says that more than one process was started, and how many.
 fn started_beside(variable: impl Fn(&str) -> Option<String>) -> Option<(&'static str, usize)> {
     let size = |name: &'static str| Some((name, variable(name)?.trim().parse().ok()?));
-    SIZES.into_iter().filter_map(size).find(|(_, ranks)| *ranks > 1)
+    let slurm = variable(PMIX_RANK).map(|_| SLURM_SIZE);
+    SIZES.into_iter().chain(slurm).filter_map(size).find(|(_, ranks)| *ranks > 1)
 }
 
 #[cfg(feature = "mpi")]
@@ -147,8 +152,10 @@ mod tests {
         let found = |name: &str, value: &str| started_beside(|asked| (asked == name).then(|| value.into()));
         assert_eq!(found("OMPI_COMM_WORLD_SIZE", "2"), Some(("OMPI_COMM_WORLD_SIZE", 2)));
         assert_eq!(found("PMI_SIZE", "64"), Some(("PMI_SIZE", 64)));
-        for (name, value) in [("OMPI_COMM_WORLD_SIZE", "1"), ("PMI_SIZE", "?"), ("SLURM_NTASKS", "4")] {
+        for (name, value) in [("OMPI_COMM_WORLD_SIZE", "1"), ("PMI_SIZE", "?"), (SLURM_SIZE, "4")] {
             assert_eq!(found(name, value), None, "{name}={value}");
         }
+        let by_srun = |name: &str| [PMIX_RANK, SLURM_SIZE].contains(&name).then(|| "4".into());
+        assert_eq!(started_beside(by_srun), Some((SLURM_SIZE, 4)));
     }
 }
