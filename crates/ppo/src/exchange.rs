@@ -85,12 +85,16 @@ impl Exchange for Alone {
     }
 }
 
+/// Ends of the two channels between two ranks, one for bytes and one for numbers.
+type Outgoing = (Sender<Vec<u8>>, Sender<Vec<f32>>);
+type Incoming = (Receiver<Vec<u8>>, Receiver<Vec<f32>>);
+
 /// One of several ranks that are threads of one process.
 #[derive(Debug)]
 pub struct ThreadRank {
     rank: usize,
-    to: Vec<(Sender<Vec<u8>>, Sender<Vec<f32>>)>,
-    from: Vec<(Receiver<Vec<u8>>, Receiver<Vec<f32>>)>,
+    to: Vec<Outgoing>,
+    from: Vec<Incoming>,
 }
 
 /// `ranks` ranks within this process, each to be moved to a thread of its own. One that ends too early lets the others panic,

@@ -164,7 +164,7 @@ impl<P: Precision> Workspace<P> {
         let in_order = if exchange.ranks() == 1 {
             own
         } else {
-            let own: Vec<u8> = own.iter().flat_map(LossSums::to_bytes).collect();
+            let own: Vec<u8> = own.into_iter().flat_map(LossSums::to_bytes).collect();
             let all = exchange.all_gather(&own);
             let sums = |bytes: &Vec<u8>| bytes.as_chunks().0.iter().map(LossSums::from_bytes).collect();
             self.partials.in_order(&all.iter().map(sums).collect::<Vec<Vec<LossSums>>>())

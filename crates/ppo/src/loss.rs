@@ -27,7 +27,7 @@ pub(crate) struct LossSums {
 
 impl LossSums {
     /// The four numbers, for another rank.
-    pub(crate) fn to_bytes(&self) -> [u8; 32] {
+    pub(crate) fn to_bytes(self) -> [u8; 32] {
         let mut bytes = [0; 32];
         let numbers = [self.surrogate, self.value, self.kl, self.clipped];
         bytes.as_chunks_mut().0.iter_mut().zip(numbers).for_each(|(bytes, x)| *bytes = x.to_le_bytes());
