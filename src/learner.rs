@@ -3,15 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use policy::{Checkpoint, VecEnv, layout, load_onnx, save_onnx};
-use ppo::{Iteration, Trainer};
+use policy::{Checkpoint, Share, VecEnv, layout, read_onnx, save_onnx};
+use ppo::exchange::Alone;
+use ppo::{Exchange, Iteration, Trainer};
 use serde::Serialize;
-use tasks::guidance::{GuidanceConfig, GuidanceEnv};
+use tasks::guidance::{GuidanceConfig, GuidanceEnv, SQUAD};
 use tasks::locomotion::{LocomotionConfig, LocomotionEnv};
+use tasks::simulation::GROUP;
 
+use crate::config::resolve_text;
 use crate::error::{BadInput, OrBadInput as _};
 use crate::interrupt::Interrupt;
 use crate::policies;
+use crate::ranks;
 use crate::run_config::{Run, TaskConfig, same_as_begun};
 use crate::run_folder::{RunFolder, numbered_checkpoints, write_atomic};
 use crate::training::{Learner, Outcome, train};
@@ -24,11 +28,20 @@ pub trait Trainable: TaskConfig {
     const SHAPE: [usize; 2];
     /// Metrics on the progress line.
     const SHOWN: &'static [&'static str];
+    /// Environments that stay together when several ranks share them.
+    const TOGETHER: usize;
+    /// Some of a training's environments.
+    ///
+    /// # Errors
+    /// Something they need is missing or does not fit.
+    fn shared_environments(&self, share: Share, seed: u64) -> Result<Self::Env>;
     /// `num_envs` environments.
     ///
     /// # Errors
     /// Something they need is missing or does not fit.
-    fn environments(&self, num_envs: usize, seed: u64) -> Result<Self::Env>;
+    fn environments(&self, num_envs: usize, seed: u64) -> Result<Self::Env> {
+        self.shared_environments(Share::whole(num_envs), seed)
+    }
 }
 
 impl Trainable for LocomotionConfig {
@@ -36,9 +49,10 @@ impl Trainable for LocomotionConfig {
     const SHAPE: [usize; 2] = [layout::LOCOMOTION_OBSERVATION, layout::JOINTS];
     const SHOWN: &'static [&'static str] =
         &["tracking_linear", "tracking_yaw", "guidance_score", "falls_per_1000", "terrain_level"];
+    const TOGETHER: usize = GROUP;
 
-    fn environments(&self, num_envs: usize, seed: u64) -> Result<Self::Env> {
-        Ok(LocomotionEnv::new(self.clone(), num_envs, seed).map_err(in_task)?)
+    fn shared_environments(&self, share: Share, seed: u64) -> Result<Self::Env> {
+        Ok(LocomotionEnv::with_share(self.clone(), share, seed).map_err(in_task)?)
     }
 }
 
@@ -53,10 +67,11 @@ impl Trainable for GuidanceConfig {
         "behavior_reward/spin",
         "falls_per_1000",
     ];
+    const TOGETHER: usize = SQUAD;
 
-    fn environments(&self, num_envs: usize, seed: u64) -> Result<Self::Env> {
+    fn shared_environments(&self, share: Share, seed: u64) -> Result<Self::Env> {
         let locomotion = policies::locomotion(&self.locomotion)?;
-        Ok(GuidanceEnv::new(self.clone(), locomotion, num_envs, seed).map_err(in_task)?)
+        Ok(GuidanceEnv::with_share(self.clone(), locomotion, share, seed).map_err(in_task)?)
     }
 }
 
@@ -88,8 +103,28 @@ pub fn learn<T: Trainable>(
 where
     Run<T>: Serialize,
 {
-    let mut trainer = begin(run, config, start)?;
-    train(&mut trainer, run, &config.training, T::SHOWN, interrupt)
+    learn_together(Box::new(Alone), Some(run), config, start, interrupt)
+}
+
+/// As [`learn`], one of several ranks. Rank 0 alone has the run's folder, and its interrupt alone counts.
+///
+/// # Errors
+/// As [`learn`], on whichever rank: all of them end.
+pub fn learn_together<T: Trainable>(
+    exchange: Box<dyn Exchange>,
+    run: Option<&RunFolder>,
+    config: &Run<T>,
+    start: &Start,
+    interrupt: &Interrupt,
+) -> Result<Outcome>
+where
+    Run<T>: Serialize,
+{
+    let mut trainer = begin_together(exchange, run, config, start)?;
+    let Some(run) = run else { return ranks::follow(&mut trainer) };
+    let mut leader = ranks::Leader(&mut trainer);
+    let result = train(&mut leader, run, &config.training, T::SHOWN, interrupt);
+    leader.end(result)
 }
 
 /// The learner of a run, where it is to begin, its settings written to the run's folder.
@@ -100,39 +135,126 @@ pub fn begin<T: Trainable>(run: &RunFolder, config: &Run<T>, start: &Start) -> R
 where
     Run<T>: Serialize,
 {
+    begin_together(Box::new(Alone), Some(run), config, start)
+}
+
+/// As [`begin`], one of several ranks.
+fn begin_together<T: Trainable>(
+    exchange: Box<dyn Exchange>,
+    run: Option<&RunFolder>,
+    config: &Run<T>,
+    start: &Start,
+) -> Result<Trainer<T::Env>>
+where
+    Run<T>: Serialize,
+{
     let settings = &config.training;
-    let env = config.task.environments(settings.num_envs, settings.seed)?;
-    let mut trainer = Trainer::new(config.ppo.clone(), settings.seed, env).or_bad_input(|| "ppo".into())?;
     let text = toml::to_string(config).context("cannot write the configuration")?;
+    same_on_all(&*exchange, &text)?;
+    let env = exchange.agree(environments(&*exchange, config))?;
+    let mut trainer = Trainer::with_ranks(config.ppo.clone(), settings.seed, env, exchange)
+        .or_bad_input(|| "ppo".into())?;
+    let found: Result<Vec<u8>> = run.map_or(Ok(Vec::new()), |run| {
+        let found = find_beginning::<T>(&mut trainer, run, &text, start)?;
+        let path = run.file("config.toml");
+        write_atomic(&path, text.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(found)
+    });
+    let found = trainer.exchange().lead(|| found)?;
+    let begun = if run.is_some() { Ok(()) } else { begin_at(&mut trainer, &found) };
+    trainer.exchange().agree(begun)?;
+    Ok(trainer)
+}
+
+/// This rank's share of the environments.
+fn environments<T: Trainable>(exchange: &dyn Exchange, config: &Run<T>) -> Result<T::Env> {
+    let total = config.training.num_envs;
+    let share = Share::of_rank(exchange.rank(), exchange.ranks(), total, T::TOGETHER);
+    let share = share.map_err(|message| BadInput::new(format!("training.{message}")))?;
+    config.task.shared_environments(share, config.training.seed)
+}
+
+/// Refuses ranks that were started with other settings than rank 0.
+fn same_on_all(exchange: &dyn Exchange, text: &str) -> Result<()> {
+    let leads = exchange.lead(|| anyhow::Ok(text.as_bytes().to_vec()))?;
+    let same = if leads == text.as_bytes() {
+        Ok(())
+    } else {
+        Err(BadInput::new("other settings than rank 0, must be the same (is the --config file?)").into())
+    };
+    exchange.agree(same)
+}
+
+/// What a learner begins with: the first byte of what rank 0 found, before the bytes of the file.
+const CHECKPOINT: u8 = 1;
+const WEIGHTS: u8 = 2;
+const POLICY: u8 = 3;
+
+/// Begins with what [`find_beginning`] found; with nothing if that is nothing.
+fn begin_at<E: VecEnv>(trainer: &mut Trainer<E>, found: &[u8]) -> Result<()> {
+    match found.split_first() {
+        Some((&CHECKPOINT, file)) => Ok(trainer.restore(&Checkpoint::from_bytes(file)?)?),
+        Some((&WEIGHTS, file)) => Ok(trainer.warm_start(&Checkpoint::from_bytes(file)?)?),
+        Some((&POLICY, file)) => Ok(trainer.warm_start_policy(&read_onnx(file)?.mlp)?),
+        _ => Ok(()),
+    }
+}
+
+/// Begins where `start` says, and returns what the other ranks need to do so, too.
+fn find_beginning<T: Trainable>(
+    trainer: &mut Trainer<T::Env>,
+    run: &RunFolder,
+    text: &str,
+    start: &Start,
+) -> Result<Vec<u8>>
+where
+    Run<T>: Serialize,
+{
+    let mut begin_with = |kind: u8, path: &Path| -> Result<Vec<u8>> {
+        let file = std::fs::read(path).with_context(|| path.display().to_string())?;
+        let found = [&[kind][..], &file].concat();
+        begin_at(trainer, &found)?;
+        Ok(found)
+    };
     if *start == Start::Resume {
-        refuse_other_settings(run, &text)?;
-        let load = |path: &Path| Ok(trainer.restore(&Checkpoint::load(path)?)?);
-        if run.load_newest(load, |line| eprintln!("{line}"))?.is_none() {
+        refuse_other_settings::<T>(run, text)?;
+        let found = run.load_newest(|path| begin_with(CHECKPOINT, path), |line| eprintln!("{line}"))?;
+        if found.is_none() {
             eprintln!("{} has no checkpoint yet: beginning", run.path().display());
         }
-    } else if !run.checkpoints()?.is_empty() {
+        return Ok(found.unwrap_or_default());
+    }
+    if !run.checkpoints()?.is_empty() {
         let message = format!(
             "{} already has checkpoints: go on with --resume, or choose another --name",
             run.path().display()
         );
         return Err(BadInput::new(message).into());
     }
-    if let Start::From(source) = start {
-        warm_start(&mut trainer, source).or_bad_input(|| format!("--init-from {}", source.display()))?;
-    }
-    let path = run.file("config.toml");
-    write_atomic(&path, text.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;
-    Ok(trainer)
+    let Start::From(source) = start else { return Ok(Vec::new()) };
+    let is_policy = source.extension().is_some_and(|extension| extension == "onnx");
+    let found = if is_policy {
+        begin_with(POLICY, source)
+    } else {
+        newest_of(source).and_then(|path| begin_with(WEIGHTS, &path))
+    };
+    Ok(found.or_bad_input(|| format!("--init-from {}", source.display()))?)
 }
 
 /// A run with checkpoints goes on with its own settings: others would make of it what no run from the start gives.
-fn refuse_other_settings(run: &RunFolder, now: &str) -> Result<()> {
+fn refuse_other_settings<T: Trainable>(run: &RunFolder, now: &str) -> Result<()>
+where
+    Run<T>: Serialize,
+{
     if run.checkpoints()?.is_empty() {
         return Ok(());
     }
     let path = run.file("config.toml");
     let begun = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let begun = begun.parse().or_bad_input(|| path.display().to_string())?;
+    // A setting that a run of before does not name yet is what it is by default.
+    let begun: Run<T> = resolve_text(&path.display().to_string(), &begun, &[])?;
+    let begun = toml::to_string(&begun).context("the configuration of before")?;
+    let begun = begun.parse().context("the configuration of before")?;
     let now = now.parse().context("the configuration just written")?;
     same_as_begun(&begun, &now).map_err(|difference| {
         BadInput::new(format!(
@@ -141,14 +263,6 @@ fn refuse_other_settings(run: &RunFolder, now: &str) -> Result<()> {
         ))
     })?;
     Ok(())
-}
-
-/// Begins where another run, or the policy in an ONNX file, ended.
-fn warm_start<E: VecEnv>(trainer: &mut Trainer<E>, source: &Path) -> Result<()> {
-    if source.extension().is_some_and(|extension| extension == "onnx") {
-        return Ok(trainer.warm_start_policy(&load_onnx(source)?.mlp)?);
-    }
-    Ok(trainer.warm_start(&Checkpoint::load(&newest_of(source)?)?)?)
 }
 
 /// A checkpoint file, or the newest one of a run's folder.
@@ -207,6 +321,9 @@ fn named(iteration: &Iteration) -> Vec<(String, f64)> {
         ("time/inference_s", inference_s),
         ("time/update_s", update_s),
     ];
-    let own = own.into_iter().map(|(name, value)| (name.to_owned(), value));
+    let together =
+        [("time/exchange_s", iteration.exchange_s), ("exchange_mb", iteration.exchange_bytes as f64 / 1e6)];
+    let together = if iteration.exchange_bytes > 0 { &together[..] } else { &[] };
+    let own = own.iter().chain(together).map(|&(name, value)| (name.to_owned(), value));
     own.chain(iteration.environment.iter().cloned()).collect()
 }

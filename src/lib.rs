@@ -14,6 +14,7 @@ pub mod metrics;
 pub mod plots;
 pub mod policies;
 pub mod progress;
+pub mod ranks;
 pub mod result_tables;
 pub mod run_config;
 pub mod run_folder;

@@ -128,6 +128,12 @@ pub fn numbered_checkpoints(path: &Path) -> io::Result<Vec<(u64, PathBuf)>> {
     Ok(found)
 }
 
+/// Whether a process holds the run at `path`, which this one does not.
+pub fn is_held(path: &Path) -> bool {
+    let lock = File::open(path.join("lock"));
+    lock.is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
 /// Removes what a process that was killed while it wrote left half-written; the caller holds the lock.
 fn remove_half_written(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
@@ -186,6 +192,7 @@ mod tests {
         let message = RunFolder::open(&root, "a").unwrap_err().to_string();
         assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
         RunFolder::open(&root, "b").expect("another run is free");
+        assert!(is_held(first.path()) && !is_held(&root.join("b")));
         drop(first);
         RunFolder::open(&root, "a").expect("the lock went with its holder");
         fs::remove_dir_all(root).unwrap();

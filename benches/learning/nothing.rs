@@ -32,9 +32,6 @@ impl VecEnv for Nothing {
             *reward = -action[0].abs();
         }
     }
-    fn drain_metrics(&mut self) -> Vec<(String, f64)> {
-        Vec::new()
-    }
     fn save_state(&self, _out: &mut Vec<u8>) {}
     fn load_state(&mut self, _bytes: &[u8]) -> Result<(), String> {
         Ok(())

@@ -8,9 +8,9 @@ use clap::{Args, Subcommand};
 use guidedog::config::resolve;
 use guidedog::error::BadInput;
 use guidedog::interrupt::Interrupt;
-use guidedog::learner::{Start, Trainable, learn};
+use guidedog::learner::{Start, Trainable, learn_together};
 use guidedog::machine::use_threads;
-use guidedog::plots;
+use guidedog::{plots, ranks};
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::training::Outcome;
@@ -48,6 +48,7 @@ Examples:
   guidedog train locomotion --name finer --init-from runs/walk --set ppo.desired_kl=0.01
   guidedog train supervisor --name guide --set task.locomotion=runs/walk/policy.onnx
   guidedog train supervisor --name paper --config configs/supervisor/paper.toml
+  mpirun -n 2 guidedog train supervisor --name guide      (docs/cluster.md)
 
 Everything a run leaves is in its folder: config.toml (all settings as used), metrics.csv and TensorBoard events,
 checkpoints/ (the newest few and the best), policy.onnx, and at the end plots.svg. Ctrl-C saves and stops; killed or
@@ -100,13 +101,25 @@ fn train<T: Trainable>(
     let config = resolve(options.config.as_deref(), &options.set)?;
     config.validate()?;
     use_threads(options.threads)?;
-    let run = RunFolder::open(Path::new("runs"), options.name.as_deref().unwrap_or(what))?;
     let start = match &options.init_from {
         Some(source) => Start::From(source.clone()),
         None if options.resume => Start::Resume,
         None => Start::New,
     };
-    let outcome = learn(&run, &config, &start, &Interrupt::watch()?)?;
+    let (root, name) = (Path::new("runs"), options.name.as_deref().unwrap_or(what));
+    let (exchange, interrupt) = (ranks::join()?, Interrupt::watch()?);
+    let leads = exchange.rank() == 0;
+    let run = leads.then(|| RunFolder::open(root, name)).transpose();
+    ranks::tell_when_ended(&interrupt, root.join(name), exchange.rank(), exchange.ranks());
+    let outcome = exchange
+        .agree(run)
+        .and_then(|run| Ok((learn_together(exchange, run.as_ref(), &config, &start, &interrupt)?, run)));
+    let (outcome, run) = match outcome {
+        // Rank 0 speaks, and answers, for all.
+        _ if !leads => return Ok(ExitCode::SUCCESS),
+        Err(error) => return Err(error),
+        Ok((outcome, run)) => (outcome, run.expect("rank 0 has the run's folder")),
+    };
     let plots = plots::write(&run)?;
     match outcome {
         Outcome::Finished => println!("finished: {}; plots: {}", run.path().display(), plots.display()),

@@ -1,5 +1,38 @@
 //! The contract between a learner and the environments it learns in.
 
+use std::ops::Range;
+
+/// Some of a training's environments: those one process steps when several share them. What is random or placed by an
+/// environment's number goes by its number among all, so it does not matter who steps it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// Numbers of the environments.
+    pub envs: Range<usize>,
+    /// Environments of all processes together.
+    pub total: usize,
+}
+
+impl Share {
+    /// All of `total` environments.
+    pub fn whole(total: usize) -> Self {
+        Self { envs: 0..total, total }
+    }
+
+    /// What `rank` of `ranks` processes steps of `total` environments that are only divided between blocks of `unit`: shares
+    /// differ by one block at most.
+    ///
+    /// # Errors
+    /// There are fewer blocks than processes.
+    pub fn of_rank(rank: usize, ranks: usize, total: usize, unit: usize) -> Result<Self, String> {
+        let blocks = total.div_ceil(unit);
+        if ranks > blocks {
+            return Err(format!("num_envs is {total}, must be at least {} for {ranks} ranks", ranks * unit));
+        }
+        let start = |rank: usize| (rank * blocks / ranks * unit).min(total);
+        Ok(Self { envs: start(rank)..start(rank + 1), total })
+    }
+}
+
 /// Many environments stepped together.
 ///
 /// All buffers are row-major, one row an environment, and belong to the caller. An environment whose episode ends
@@ -28,10 +61,29 @@ pub trait VecEnv: Send {
     fn reset(&mut self, observations: &mut [f32]);
     /// Applies one action to every environment (`num_envs × action_dim`).
     fn step(&mut self, actions: &[f32], out: &mut StepBuffers);
-    /// Named means since the last call (reward terms, curriculum level, falls), and forgets them.
-    fn drain_metrics(&mut self) -> Vec<(String, f64)>;
-    /// Appends everything needed to continue bit for bit to `out`.
+    /// Sums since the last call of what is reported (reward terms, curriculum level, falls), and forgets them. Those of several
+    /// shares, appended to one another in order of environments, are those of all. Nothing
+    /// by default.
+    fn take_sums(&mut self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// Named means of sums over all environments, whoever stepped them. What grows while learning succeeds may go by them, so
+    /// every share must see them.
+    fn report(&mut self, _sums: &[f64]) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+    /// Named means of these environments since the last call.
+    fn drain_metrics(&mut self) -> Vec<(String, f64)> {
+        let sums = self.take_sums();
+        self.report(&sums)
+    }
+    /// Appends everything needed to continue bit for bit to `out`: first [`VecEnv::common_state_len`] bytes about all
+    /// environments together, then as many about each, in their order.
     fn save_state(&self, out: &mut Vec<u8>);
+    /// Bytes at the beginning of a saved state that are about all environments together; 0 by default.
+    fn common_state_len(&self) -> usize {
+        0
+    }
     /// Takes back what [`VecEnv::save_state`] wrote.
     ///
     /// # Errors
@@ -83,5 +135,25 @@ impl Mirror {
         for (value, &(source, sign)) in mirrored.iter_mut().zip(map) {
             *value = sign * original[source];
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_whole_blocks_that_follow_one_another() {
+        for (total, unit, ranks) in [(96, 16, 1), (96, 16, 4), (100, 16, 3), (512, 128, 4)] {
+            let shares: Vec<Share> =
+                (0..ranks).map(|rank| Share::of_rank(rank, ranks, total, unit).unwrap()).collect();
+            assert!(shares[0].envs.start == 0 && shares[ranks - 1].envs.end == total);
+            assert!(shares.windows(2).all(|pair| pair[0].envs.end == pair[1].envs.start));
+            assert!(
+                shares.iter().all(|share| share.envs.start.is_multiple_of(unit) && !share.envs.is_empty())
+            );
+        }
+        let message = Share::of_rank(0, 5, 512, 128).unwrap_err();
+        assert_eq!(message, "num_envs is 512, must be at least 640 for 5 ranks");
     }
 }

@@ -78,6 +78,10 @@ pub struct Config {
     /// Whether half of the samples, drawn anew in each epoch, are learned from in their left–right mirror image. Source:
     /// docs/results.md, "Mirror images".
     pub symmetry: bool,
+    /// Blocks of eight partial gradients in which a minibatch is added up. A partial is the work of one thread, so this times
+    /// eight is how many threads of all ranks can work at once; one block a rank is the least to exchange. Another number is
+    /// another order of addition: other bits, the same learning \[blocks; 1 to 4096\]. Source: docs/cluster.md.
+    pub gradient_blocks: usize,
     /// What numbers the networks are computed with in training: "f32", or "bf16" where the processor has AVX-512 BF16.
     /// Source: docs/performance.md.
     pub precision: Precision,
@@ -104,6 +108,7 @@ impl Default for Config {
             max_gradient_norm: 1.0,
             initial_std: 1.0,
             symmetry: false,
+            gradient_blocks: 1,
             precision: Precision::F32,
         }
     }
@@ -178,6 +183,8 @@ impl Config {
         let norm = self.max_gradient_norm;
         check(positive(norm, 1e6), "max_gradient_norm", &norm, "above 0, at most 1000000")?;
         check(positive(self.initial_std, 100.0), "initial_std", &self.initial_std, "above 0, at most 100")?;
+        let blocks = self.gradient_blocks;
+        check((1..=4096).contains(&blocks), "gradient_blocks", &blocks, "from 1 to 4096")?;
         let fits = self.precision.available();
         check(fits, "precision", &self.precision, "F32: this processor has no AVX-512 BF16")
     }

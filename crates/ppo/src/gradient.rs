@@ -1,8 +1,8 @@
 //! The gradient of PPO's loss over a minibatch, by threads, with the same bits for any number of them.
 //!
 //! Rows go in tiles of fixed size through forward, loss and backward. A fixed number of slots each take every n-th
-//! tile in order and add up a gradient of their own; the slots are then added in order. Threads only decide who works on a
-//! slot, never what is added to what.
+//! tile in order and add up a gradient of their own; the slots are then added in order (`partials.rs`). Threads, and ranks, only
+//! decide who works on a slot, never what is added to what.
 
 use rayon::prelude::*;
 
@@ -10,17 +10,17 @@ use policy::Mirror;
 
 use crate::{
     config::Config,
+    exchange::Exchange,
     loss::{Gaussian, LossSums, Sample, surrogate, value_loss},
     network::{Activations, Architecture, PackedNetwork, store_rows},
     panels::{Precision, ROWS},
+    partials::Partials,
     rollout::Rollout,
 };
 
 /// Rows that go through the networks together.
-const TILE: usize = 256;
-/// Partial gradients; more than threads of a desktop, few enough to add up quickly.
-const SLOTS: usize = 8;
-/// Parameters a thread adds up at a time.
+pub(crate) const TILE: usize = 256;
+/// Parameters a thread squares at a time.
 const CHUNK: usize = 16_384;
 /// Marks a row that is to be learned from in its mirror image.
 const MIRRORED: u32 = 1 << 31;
@@ -54,14 +54,18 @@ impl Networks {
 pub(crate) trait Engine: Send {
     /// Takes new parameters.
     fn load(&mut self, networks: &Networks, parameters: &[f32]);
-    /// Fills `gradient` with that of the mean loss over the samples `rows`, for the parameters loaded.
+    /// Fills `gradient` with that of the mean loss over the samples `rows`, for the parameters loaded. Of `rows`, which are as
+    /// many on all ranks, each reads those of its own slots.
     fn differentiate(
         &mut self,
         objective: Objective<'_>,
         rollout: &Rollout,
         rows: &[u32],
+        exchange: &dyn Exchange,
         gradient: &mut [f32],
     ) -> MinibatchLoss;
+    /// Whose slots are whose.
+    fn partials(&self) -> &Partials;
     /// Mean actions (if asked for) and values of scaled observations, for the parameters loaded.
     fn evaluate(
         &mut self,
@@ -72,7 +76,7 @@ pub(crate) trait Engine: Send {
     );
 }
 
-/// One accumulator and its scratch memory.
+/// One partial gradient and its scratch memory.
 #[derive(Clone, Debug)]
 struct Slot<P: Precision> {
     observations: Vec<f32>,
@@ -90,7 +94,9 @@ struct Slot<P: Precision> {
 pub(crate) struct Workspace<P: Precision> {
     actor: PackedNetwork<P>,
     critic: PackedNetwork<P>,
+    /// This rank's.
     slots: Vec<Slot<P>>,
+    partials: Partials,
 }
 
 /// What a minibatch showed.
@@ -120,7 +126,7 @@ pub(crate) struct Objective<'a> {
 }
 
 impl<P: Precision> Workspace<P> {
-    pub(crate) fn new(networks: &Networks) -> Self {
+    pub(crate) fn new(networks: &Networks, partials: Partials) -> Self {
         let inputs = networks.actor.inputs();
         let slot = Slot {
             observations: vec![0.0; TILE * inputs],
@@ -133,21 +139,13 @@ impl<P: Precision> Workspace<P> {
             mirrored_mean: vec![0.0; networks.actions],
         };
         let (actor, critic) = (networks.actor.packed(), networks.critic.packed());
-        Self { actor, critic, slots: vec![slot; SLOTS] }
+        Self { actor, critic, slots: vec![slot; partials.own().count()], partials }
     }
 
-    /// Adds the slots in order and the entropy bonus; returns the length of the sum.
-    fn add_slots(&self, objective: Objective<'_>, gradient: &mut [f32]) -> f64 {
-        let slots = &self.slots;
-        gradient.par_chunks_mut(CHUNK).enumerate().for_each(|(i, chunk)| {
-            let start = i * CHUNK;
-            chunk.copy_from_slice(&slots[0].gradient[start..start + chunk.len()]);
-            for slot in &slots[1..] {
-                for (sum, value) in chunk.iter_mut().zip(&slot.gradient[start..]) {
-                    *sum += value;
-                }
-            }
-        });
+    /// Adds the slots of all ranks in order, and the entropy bonus; returns the length of the sum.
+    fn add_slots(&mut self, objective: Objective<'_>, exchange: &dyn Exchange, gradient: &mut [f32]) -> f64 {
+        let own: Vec<&[f32]> = self.slots.iter().map(|slot| &slot.gradient[..]).collect();
+        self.partials.add(&own, exchange, gradient);
         // The entropy of a Gaussian is the sum of its log standard deviations and a constant.
         let (_, _, log_std) = objective.networks.split_mut(gradient);
         for gradient in log_std {
@@ -159,9 +157,30 @@ impl<P: Precision> Workspace<P> {
             .collect();
         squares.iter().sum::<f64>().sqrt()
     }
+
+    /// Adds the sums of all ranks' slots in order.
+    fn add_sums(&self, exchange: &dyn Exchange) -> LossSums {
+        let own: Vec<LossSums> = self.slots.iter().map(|slot| slot.sums).collect();
+        let in_order = if exchange.ranks() == 1 {
+            own
+        } else {
+            let own: Vec<u8> = own.into_iter().flat_map(LossSums::to_bytes).collect();
+            let all = exchange.all_gather(&own);
+            let sums = |bytes: &Vec<u8>| bytes.as_chunks().0.iter().map(LossSums::from_bytes).collect();
+            self.partials.in_order(&all.iter().map(sums).collect::<Vec<Vec<LossSums>>>())
+        };
+        in_order.iter().fold(LossSums::default(), |mut sum, slot| {
+            sum.add(slot);
+            sum
+        })
+    }
 }
 
 impl<P: Precision> Engine for Workspace<P> {
+    fn partials(&self) -> &Partials {
+        &self.partials
+    }
+
     fn load(&mut self, networks: &Networks, parameters: &[f32]) {
         let (actor, critic, _) = networks.split(parameters);
         networks.actor.pack(actor, &mut self.actor);
@@ -173,6 +192,7 @@ impl<P: Precision> Engine for Workspace<P> {
         objective: Objective<'_>,
         rollout: &Rollout,
         rows: &[u32],
+        exchange: &dyn Exchange,
         gradient: &mut [f32],
     ) -> MinibatchLoss {
         let mut all = rows.to_vec();
@@ -182,19 +202,17 @@ impl<P: Precision> Engine for Workspace<P> {
         }
         let originals = all.iter().filter(|&row| row & MIRRORED == 0).count() as f64;
         let weight = 1.0 / all.len() as f32;
-        let Self { actor, critic, slots } = self;
-        slots.par_iter_mut().enumerate().for_each(|(i, slot)| {
+        let Self { actor, critic, slots, partials } = self;
+        let (numbers, count) = (partials.own().collect::<Vec<_>>(), partials.count());
+        slots.par_iter_mut().zip(numbers).for_each(|(slot, number)| {
             slot.gradient.fill(0.0);
             slot.sums = LossSums::default();
-            for tile in all.chunks(TILE).skip(i).step_by(SLOTS) {
+            for tile in all.chunks(TILE).skip(number).step_by(count) {
                 slot.tile((actor, critic), objective, rollout, tile, weight);
             }
         });
-        let sums = self.slots.iter().fold(LossSums::default(), |mut sum, slot| {
-            sum.add(&slot.sums);
-            sum
-        });
-        let gradient_norm = self.add_slots(objective, gradient);
+        let sums = self.add_sums(exchange);
+        let gradient_norm = self.add_slots(objective, exchange, gradient);
         let count = all.len() as f64;
         MinibatchLoss {
             surrogate: sums.surrogate / count,
@@ -212,9 +230,9 @@ impl<P: Precision> Engine for Workspace<P> {
         means: Option<&mut [f32]>,
         values: &mut [f32],
     ) {
-        let Self { actor, critic, slots } = self;
+        let Self { actor, critic, slots, .. } = self;
         let (width, actions) = (networks.actor.inputs(), networks.actions);
-        let span = values.len().div_ceil(SLOTS).next_multiple_of(ROWS);
+        let span = values.len().div_ceil(slots.len()).next_multiple_of(ROWS);
         let mut means: Vec<Option<&mut [f32]>> = match means {
             Some(means) => means.chunks_mut(span * actions).map(Some).collect(),
             None => values.chunks(span).map(|_| None).collect(),
@@ -316,7 +334,7 @@ mod tests {
     use spatial::{Philox, Purpose};
 
     use super::*;
-    use crate::panels::Single;
+    use crate::{exchange::Alone, panels::Single};
 
     fn problem() -> (Config, Networks, Vec<f32>, Rollout) {
         let networks = Networks {
@@ -355,11 +373,11 @@ mod tests {
         let (_, _, log_std) = networks.split(parameters);
         let (noise, old_noise) = (&Gaussian::new(log_std), &Gaussian::new(&[-0.1; 2]));
         let objective = Objective { config: &config, networks: &networks, noise, old_noise, mirror };
-        let mut workspace = Workspace::<Single>::new(&networks);
+        let mut workspace = Workspace::<Single>::new(&networks, Partials::new(1, &Alone));
         workspace.load(&networks, parameters);
         let mut gradient = vec![0.0; parameters.len()];
         let rows: Vec<u32> = (0..700).collect();
-        let loss = workspace.differentiate(objective, &rollout, &rows, &mut gradient);
+        let loss = workspace.differentiate(objective, &rollout, &rows, &Alone, &mut gradient);
         let entropy: f32 = log_std.iter().sum();
         let total = loss.surrogate + loss.value - f64::from(config.entropy_coefficient * entropy);
         (loss, gradient, total)

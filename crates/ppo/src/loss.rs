@@ -26,6 +26,20 @@ pub(crate) struct LossSums {
 }
 
 impl LossSums {
+    /// The four numbers, for another rank.
+    pub(crate) fn to_bytes(self) -> [u8; 32] {
+        let mut bytes = [0; 32];
+        let numbers = [self.surrogate, self.value, self.kl, self.clipped];
+        bytes.as_chunks_mut().0.iter_mut().zip(numbers).for_each(|(bytes, x)| *bytes = x.to_le_bytes());
+        bytes
+    }
+
+    /// What [`LossSums::to_bytes`] gave.
+    pub(crate) fn from_bytes(bytes: &[u8; 32]) -> Self {
+        let number = |i: usize| f64::from_le_bytes(bytes.as_chunks().0[i]);
+        Self { surrogate: number(0), value: number(1), kl: number(2), clipped: number(3) }
+    }
+
     pub(crate) fn add(&mut self, o: &Self) {
         self.surrogate += o.surrogate;
         self.value += o.value;

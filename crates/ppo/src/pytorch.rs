@@ -7,10 +7,12 @@ use policy::Checkpoint;
 use crate::{
     adam::Adam,
     config::Config,
+    exchange::Alone,
     gradient::{Engine, MinibatchLoss, Networks, Objective, Workspace},
     loss::Gaussian,
     network::Architecture,
     panels::Single,
+    partials::Partials,
     rollout::Rollout,
 };
 
@@ -75,7 +77,7 @@ fn agrees(
         let objective =
             Objective { config: &config, networks, noise: &noise, old_noise: &old_noise, mirror: None };
         engine.load(networks, &parameters);
-        let loss = engine.differentiate(objective, &rollout, &rows, &mut gradient);
+        let loss = engine.differentiate(objective, &rollout, &rows, &Alone, &mut gradient);
         let error = difference(&gradient, golden.numbers(&format!("gradient/{step}")));
         assert!(error < tolerance, "gradient of step {step}: {error:e}");
         let MinibatchLoss { surrogate, value, kl, gradient_norm, .. } = loss;
@@ -103,7 +105,7 @@ fn networks() -> Networks {
 #[test]
 fn three_steps_in_single_precision_are_pytorchs() {
     let networks = networks();
-    agrees(Workspace::<Single>::new(&networks), &networks, [5e-6, 5e-6, 1e-4]);
+    agrees(Workspace::<Single>::new(&networks, Partials::new(1, &Alone)), &networks, [5e-6, 5e-6, 1e-4]);
 }
 
 /// Some of these few samples change the side of a clip: PyTorch's own autocast is 0.079 of the norm away from the first
@@ -115,5 +117,9 @@ fn three_steps_in_bf16_are_near_pytorchs() {
         return eprintln!("skipped: this processor has no AVX-512 BF16");
     }
     let networks = networks();
-    agrees(Workspace::<crate::brain::Brain>::new(&networks), &networks, [2e-2, 0.12, 0.4]);
+    agrees(
+        Workspace::<crate::brain::Brain>::new(&networks, Partials::new(1, &Alone)),
+        &networks,
+        [2e-2, 0.12, 0.4],
+    );
 }

@@ -66,13 +66,62 @@ impl Rollout {
         &mut self.observations[step * row..(step + 1) * row]
     }
 
+    /// Numbers of a row: what is learned from in one sample.
+    pub(crate) fn row_width(&self) -> usize {
+        self.observation_dim + 2 * self.action_dim + 4
+    }
+
+    /// Appends a sample's row to `out`.
+    pub(crate) fn append_row(&self, sample: usize, out: &mut Vec<f32>) {
+        let (width, actions) = (self.observation_dim, self.action_dim);
+        out.extend_from_slice(&self.observations[sample * width..][..width]);
+        out.extend_from_slice(&self.actions[sample * actions..][..actions]);
+        out.extend_from_slice(&self.means[sample * actions..][..actions]);
+        out.extend([
+            self.log_probabilities[sample],
+            self.values[sample],
+            self.advantages[sample],
+            self.value_targets[sample],
+        ]);
+    }
+
+    /// Adds what [`Rollout::append_row`] wrote as another sample, to be learned from only; returns its number.
+    pub(crate) fn push_row(&mut self, row: &[f32]) -> usize {
+        let (observation, row) = row.split_at(self.observation_dim);
+        let (action, row) = row.split_at(self.action_dim);
+        let (mean, row) = row.split_at(self.action_dim);
+        self.observations.extend_from_slice(observation);
+        self.actions.extend_from_slice(action);
+        self.means.extend_from_slice(mean);
+        self.log_probabilities.push(row[0]);
+        self.values.push(row[1]);
+        self.advantages.push(row[2]);
+        self.value_targets.push(row[3]);
+        self.values.len() - 1
+    }
+
+    /// Forgets all rows and keeps the memory.
+    pub(crate) fn clear_rows(&mut self) {
+        for numbers in [
+            &mut self.observations,
+            &mut self.actions,
+            &mut self.means,
+            &mut self.log_probabilities,
+            &mut self.values,
+            &mut self.advantages,
+            &mut self.value_targets,
+        ] {
+            numbers.clear();
+        }
+    }
+
     /// Makes the state after the last step the one before the first.
     pub(crate) fn start_over(&mut self) {
         let row = self.num_envs * self.observation_dim;
         self.observations.copy_within(self.steps * row.., 0);
     }
 
-    /// Fills advantages, normalized over all samples, and value targets.
+    /// Fills advantages and value targets.
     pub(crate) fn estimate_advantages(&mut self, gamma: f32, lambda: f32) {
         let (num_envs, steps) = (self.num_envs, self.steps);
         let column = |values: &[f32], env: usize| -> Vec<f32> {
@@ -107,20 +156,24 @@ impl Rollout {
         {
             *target = advantage + value;
         }
-        normalize(&mut self.advantages);
     }
 }
 
-/// Shifts and scales to mean 0 and standard deviation 1.
-fn normalize(values: &mut [f32]) {
+/// Shifts and scales `values` as brings `all` to mean 0 and standard deviation 1.
+pub(crate) fn normalize(values: &mut [f32], all: &[f32]) {
+    let (mean, scale) = mean_and_scale(all);
+    for value in values {
+        *value = (*value - mean) * scale;
+    }
+}
+
+/// Mean and 1 / standard deviation.
+fn mean_and_scale(values: &[f32]) -> (f32, f32) {
     let count = values.len() as f64;
     let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / count;
     let square = values.iter().map(|&value| (f64::from(value) - mean).powi(2)).sum::<f64>();
     let deviation = (square / (count - 1.0).max(1.0)).sqrt();
-    let scale = (1.0 / (deviation + 1e-8)) as f32;
-    for value in values {
-        *value = (*value - mean as f32) * scale;
-    }
+    (mean as f32, (1.0 / (deviation + 1e-8)) as f32)
 }
 
 #[cfg(test)]
@@ -130,12 +183,12 @@ mod tests {
     #[test]
     fn normalized_numbers_have_mean_zero_and_deviation_one() {
         let mut values = [1.0, 2.0, 3.0, 4.0];
-        normalize(&mut values);
+        normalize(&mut values, &[1.0, 2.0, 3.0, 4.0]);
         assert!(values.iter().sum::<f32>().abs() < 1e-6);
         let square: f32 = values.iter().map(|x| x * x).sum();
         assert!((square / 3.0 - 1.0).abs() < 1e-5);
         let mut constant = [5.0; 3];
-        normalize(&mut constant);
+        normalize(&mut constant, &[5.0; 3]);
         assert_eq!(constant, [0.0; 3]);
     }
 }

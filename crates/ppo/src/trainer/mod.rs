@@ -1,6 +1,7 @@
 //! The learner: collects a rollout, estimates advantages, takes gradient steps.
 
 mod resume;
+mod update;
 
 use std::time::Instant;
 
@@ -11,11 +12,15 @@ use spatial::{Philox, Purpose};
 use crate::{
     adam::Adam,
     config::{Config, ConfigError, Precision},
-    gradient::{Engine, MinibatchLoss, Networks, Objective, Workspace},
+    deal::Deal,
+    exchange::{Alone, Exchange, RankError},
+    gradient::{Engine, MinibatchLoss, Networks, Workspace},
     loss::Gaussian,
     network::Architecture,
     panels::Single,
-    rollout::Rollout,
+    partials::Partials,
+    rollout::{Rollout, normalize},
+    team::Team,
 };
 
 /// Why training cannot begin or go on.
@@ -38,6 +43,9 @@ pub enum TrainError {
         /// Which iteration, from 0.
         iteration: u64,
     },
+    /// Another rank cannot go on.
+    #[error(transparent)]
+    Rank(#[from] RankError),
     /// The environments and the settings do not fit.
     #[error("{0}")]
     Shape(String),
@@ -72,6 +80,10 @@ pub struct Iteration {
     pub learning_rate: f64,
     /// Time in environments, in their networks, and in the update \[s\].
     pub times_s: [f64; 3],
+    /// Of these times, that spent in exchange with other ranks, waiting for them included \[s\].
+    pub exchange_s: f64,
+    /// Bytes this rank sent to others.
+    pub exchange_bytes: u64,
     /// What the environments report.
     pub environment: Vec<(String, f64)>,
 }
@@ -80,6 +92,8 @@ pub struct Iteration {
 pub struct Trainer<E> {
     config: Config,
     seed: u64,
+    team: Team,
+    deal: Deal,
     env: E,
     networks: Networks,
     mirror: Option<Mirror>,
@@ -103,11 +117,37 @@ impl<E: VecEnv> Trainer<E> {
     ///
     /// # Errors
     /// A setting is out of range or does not fit the environments.
-    pub fn new(config: Config, seed: u64, mut env: E) -> Result<Self, TrainError> {
-        config.validate()?;
+    pub fn new(config: Config, seed: u64, env: E) -> Result<Self, TrainError> {
+        Self::with_ranks(config, seed, env, Box::new(Alone))
+    }
+
+    /// As [`Trainer::new`], one of several that learn together, each with environments of its own: they are numbered in order of
+    /// ranks, as those of one learner with all of them are, and give the same bits as that one. All ranks call the same
+    /// methods in the same order; those that wait for the others are named so.
+    ///
+    /// # Errors
+    /// As [`Trainer::new`]; or there are more ranks than partial gradients.
+    pub fn with_ranks(
+        config: Config,
+        seed: u64,
+        mut env: E,
+        exchange: Box<dyn Exchange>,
+    ) -> Result<Self, TrainError> {
+        // What a processor can is not the same everywhere.
+        exchange.agree(config.validate().map_err(TrainError::from))?;
+        let partials = Partials::new(config.gradient_blocks, &*exchange);
+        let ranks = exchange.ranks();
+        if ranks > partials.count() {
+            return Err(TrainError::Shape(format!(
+                "gradient_blocks is {}, must be at least {} for {ranks} ranks ({ranks} is best)",
+                config.gradient_blocks,
+                (ranks * config.gradient_blocks).div_ceil(partials.count())
+            )));
+        }
+        let team = Team::new(exchange, env.num_envs());
         let (num_envs, observation_dim, action_dim) =
             (env.num_envs(), env.observation_dim(), env.action_dim());
-        let samples = num_envs * config.steps_per_env;
+        let samples = team.total_envs() * config.steps_per_env;
         if config.minibatches > samples {
             return Err(TrainError::Shape(format!(
                 "minibatches is {}, must be at most the {samples} samples of an iteration",
@@ -132,7 +172,8 @@ impl<E: VecEnv> Trainer<E> {
         let mut trainer = Self {
             rollout: Rollout::new(num_envs, config.steps_per_env, observation_dim, action_dim),
             adam: Adam::new(parameters.len()),
-            engine: engine(config.precision, &networks),
+            engine: engine(config.precision, &networks, partials),
+            deal: Deal::new(observation_dim, action_dim),
             gradient: vec![0.0; parameters.len()],
             learning_rate: config.learning_rate,
             observation_scale: env.observation_scale(),
@@ -142,6 +183,7 @@ impl<E: VecEnv> Trainer<E> {
             iteration: 0,
             seed,
             config,
+            team,
             env,
             networks,
             mirror,
@@ -162,17 +204,23 @@ impl<E: VecEnv> Trainer<E> {
         &mut self.env
     }
 
+    /// The ranks that learn together.
+    pub fn exchange(&self) -> &dyn Exchange {
+        self.team.exchange()
+    }
+
     /// Iterations made so far.
     pub fn iteration(&self) -> u64 {
         self.iteration
     }
 
-    /// Environment steps of one iteration.
+    /// Environment steps of one iteration, of all ranks.
     pub fn steps_per_iteration(&self) -> u64 {
-        self.rollout.samples() as u64
+        (self.team.total_envs() * self.config.steps_per_env) as u64
     }
 
-    /// Named numbers whose distribution tells how training goes: weights, and what the last rollout held.
+    /// Named numbers whose distribution tells how training goes: weights, and what the last rollout held. Waits for all ranks;
+    /// rank 0 has what all of them held.
     pub fn distributions(&self) -> Vec<(String, Vec<f32>)> {
         let (actor, critic, log_std) = self.networks.split(&self.parameters);
         let rollout = &self.rollout;
@@ -180,10 +228,10 @@ impl<E: VecEnv> Trainer<E> {
             ("weights/actor", actor.to_vec()),
             ("weights/critic", critic.to_vec()),
             ("policy/std", log_std.iter().map(|s| s.exp()).collect()),
-            ("rollout/actions", rollout.actions.clone()),
-            ("rollout/rewards", rollout.rewards.clone()),
-            ("rollout/values", rollout.values.clone()),
-            ("rollout/value_targets", rollout.value_targets.clone()),
+            ("rollout/actions", self.team.gather_to_lead(&rollout.actions)),
+            ("rollout/rewards", self.team.gather_to_lead(&rollout.rewards)),
+            ("rollout/values", self.team.gather_to_lead(&rollout.values)),
+            ("rollout/value_targets", self.team.gather_to_lead(&rollout.value_targets)),
         ]
         .map(|(name, values)| (name.to_owned(), values))
         .into()
@@ -196,17 +244,24 @@ impl<E: VecEnv> Trainer<E> {
         Mlp { output_limits: self.env.output_limits(), ..mlp }
     }
 
-    /// One rollout and its update.
+    /// One rollout and its update. Waits for all ranks; the numbers are those of all of them.
     ///
     /// # Errors
-    /// Something is not finite any more.
+    /// Something is not finite any more, on this rank or another: all of them end.
     pub fn iterate(&mut self) -> Result<Iteration, TrainError> {
+        self.team.take_clock();
         let start = Instant::now();
-        let inference_s = self.collect()?;
+        let collected = self.collect();
+        let (inference_s, own) = self.team.exchange().agree(collected)?;
+        let [rewards, returns, lengths, ended] = self.add_up(own);
+        if ended > 0.0 {
+            self.finished = [(returns / ended) as f32, (lengths / ended) as f32];
+        }
         let collected_s = start.elapsed().as_secs_f64();
-        self.rollout.estimate_advantages(self.config.gamma, self.config.lambda);
         let start = Instant::now();
+        self.estimate_advantages();
         let losses = self.update()?;
+        self.team.compare(&self.parameters)?;
         let update_s = start.elapsed().as_secs_f64();
         let index = self.iteration;
         self.iteration += 1;
@@ -215,11 +270,13 @@ impl<E: VecEnv> Trainer<E> {
         let mean =
             |of: &dyn Fn(&MinibatchLoss) -> f64| losses.iter().map(of).sum::<f64>() / losses.len() as f64;
         let (_, _, log_std) = self.networks.split(&self.parameters);
-        let samples = self.rollout.samples() as f64;
+        let sums = self.team.gather_f64(self.env.take_sums());
+        let environment = self.env.report(&sums);
+        let (exchange_s, exchange_bytes) = self.team.take_clock();
         Ok(Iteration {
             index,
             env_steps: self.iteration * self.steps_per_iteration(),
-            step_reward: self.rollout.rewards.iter().map(|&r| f64::from(r)).sum::<f64>() / samples,
+            step_reward: rewards / self.steps_per_iteration() as f64,
             episode_return: f64::from(self.finished[0]),
             episode_length: f64::from(self.finished[1]),
             surrogate_loss: mean(&|loss| loss.surrogate),
@@ -230,12 +287,37 @@ impl<E: VecEnv> Trainer<E> {
             action_std: log_std.iter().map(|s| f64::from(s.exp())).sum::<f64>() / log_std.len() as f64,
             learning_rate: f64::from(self.learning_rate),
             times_s: [collected_s - inference_s, inference_s, update_s],
-            environment: self.env.drain_metrics(),
+            exchange_s,
+            exchange_bytes,
+            environment,
         })
     }
 
-    /// Steps all environments; returns the time spent in the networks \[s\].
-    fn collect(&mut self) -> Result<f64, TrainError> {
+    /// The sum over all ranks.
+    fn add_up<const N: usize>(&self, own: [f64; N]) -> [f64; N] {
+        let mut sum = [0.0; N];
+        for of_rank in self.team.gather_f64(own.to_vec()).as_chunks::<N>().0 {
+            sum.iter_mut().zip(of_rank).for_each(|(sum, value)| *sum += value);
+        }
+        sum
+    }
+
+    /// Fills advantages, normalized over the samples of all ranks, and value targets.
+    fn estimate_advantages(&mut self) {
+        self.rollout.estimate_advantages(self.config.gamma, self.config.lambda);
+        let advantages = &mut self.rollout.advantages;
+        // In the order of one rank with all environments, so that the sums round as its do.
+        let all = if self.team.is_alone() {
+            advantages.clone()
+        } else {
+            self.team.gather_samples(advantages, self.config.steps_per_env)
+        };
+        normalize(advantages, &all);
+    }
+
+    /// Steps this rank's environments; returns the time spent in the networks \[s\], and sums: of rewards; of returns, lengths
+    /// and number of the episodes that ended.
+    fn collect(&mut self) -> Result<(f64, [f64; 4]), TrainError> {
         self.engine.load(&self.networks, &self.parameters);
         let mut inference_s = 0.0;
         let mut ended = [0.0_f64; 3];
@@ -263,10 +345,9 @@ impl<E: VecEnv> Trainer<E> {
         let width = self.rollout.observation_dim;
         let last = &self.rollout.observations[self.rollout.samples() * width..];
         self.engine.evaluate(&self.networks, last, None, &mut self.rollout.next_values);
-        if ended[2] > 0.0 {
-            self.finished = [(ended[0] / ended[2]) as f32, (ended[1] / ended[2]) as f32];
-        }
-        Ok(inference_s)
+        let rewards = self.rollout.rewards.iter().map(|&reward| f64::from(reward)).sum();
+        let [returns, lengths, number] = ended;
+        Ok((inference_s, [rewards, returns, lengths, number]))
     }
 
     fn non_finite(&self, what: &'static str) -> TrainError {
@@ -297,14 +378,14 @@ impl<E: VecEnv> Trainer<E> {
         let (means, drawn) = (&mut rollout.means[span.clone()], &mut rollout.actions[span]);
         let values = &mut rollout.values[range.clone()];
         self.engine.evaluate(&self.networks, observations, Some(&mut *means), values);
-        let (seed, iteration) = (self.seed, self.iteration as u32);
+        let (seed, iteration, first_env) = (self.seed, self.iteration as u32, self.team.own_envs().start);
         drawn
             .par_chunks_mut(actions)
             .zip(means.par_chunks(actions))
             .zip(&mut rollout.log_probabilities[range])
             .enumerate()
             .for_each(|(env, ((action, mean), log_probability))| {
-                let mut random = Philox::new(seed, env, iteration, step as u32, Purpose::Action);
+                let mut random = Philox::new(seed, first_env + env, iteration, step as u32, Purpose::Action);
                 for ((action, mean), std) in action.iter_mut().zip(mean).zip(noise.std()) {
                     *action = mean + std * random.normal();
                 }
@@ -344,68 +425,13 @@ impl<E: VecEnv> Trainer<E> {
             }
         }
     }
-
-    /// Takes the gradient steps of an iteration.
-    fn update(&mut self) -> Result<Vec<MinibatchLoss>, TrainError> {
-        let samples = self.rollout.samples();
-        let config = self.config.at(self.iteration);
-        let old_noise = Gaussian::new(self.networks.split(&self.parameters).2);
-        let mut losses = Vec::with_capacity(config.epochs * config.minibatches);
-        for epoch in 0..config.epochs {
-            let order = self.shuffled(samples, epoch);
-            // Whole minibatches; what is left over is another sample each time.
-            for rows in order.chunks_exact(samples / config.minibatches).take(config.minibatches) {
-                let objective = Objective {
-                    config: &config,
-                    networks: &self.networks,
-                    noise: &Gaussian::new(self.networks.split(&self.parameters).2),
-                    old_noise: &old_noise,
-                    mirror: self.mirror.as_ref(),
-                };
-                self.engine.load(&self.networks, &self.parameters);
-                let loss = self.engine.differentiate(objective, &self.rollout, rows, &mut self.gradient);
-                if !(loss.surrogate + loss.value).is_finite() {
-                    return Err(self.non_finite("the loss"));
-                }
-                if !loss.gradient_norm.is_finite() {
-                    return Err(self.non_finite("the gradient"));
-                }
-                self.adapt_learning_rate(loss.kl, config.desired_kl);
-                let scale = (f64::from(config.max_gradient_norm) / loss.gradient_norm).min(1.0) as f32;
-                self.adam.step(&mut self.parameters, &self.gradient, scale, self.learning_rate);
-                losses.push(loss);
-            }
-        }
-        Ok(losses)
-    }
-
-    /// Slower when the policy moves too far from the rollout's, faster when it hardly moves (rsl_rl's rule).
-    fn adapt_learning_rate(&mut self, kl: f64, desired_kl: f32) {
-        let desired = f64::from(desired_kl);
-        let [low, high] = self.config.learning_rate_range;
-        if kl > 2.0 * desired && desired > 0.0 {
-            self.learning_rate = (self.learning_rate / 1.5).max(low);
-        } else if kl > 0.0 && kl < 0.5 * desired {
-            self.learning_rate = (self.learning_rate * 1.5).min(high);
-        }
-    }
-
-    /// A random order of the samples (Fisher and Yates).
-    fn shuffled(&self, samples: usize, epoch: usize) -> Vec<u32> {
-        let mut random = Philox::new(self.seed, epoch, self.iteration as u32, 0, Purpose::Shuffle);
-        let mut order: Vec<u32> = (0..samples as u32).collect();
-        for i in (1..samples).rev() {
-            order.swap(i, random.below(i as u32 + 1) as usize);
-        }
-        order
-    }
 }
 
 /// The arithmetic of a precision; the settings were checked for what this processor can.
-fn engine(precision: Precision, networks: &Networks) -> Box<dyn Engine> {
+fn engine(precision: Precision, networks: &Networks, partials: Partials) -> Box<dyn Engine> {
     match precision {
         #[cfg(target_arch = "x86_64")]
-        Precision::Bf16 => Box::new(Workspace::<crate::brain::Brain>::new(networks)),
-        _ => Box::new(Workspace::<Single>::new(networks)),
+        Precision::Bf16 => Box::new(Workspace::<crate::brain::Brain>::new(networks, partials)),
+        _ => Box::new(Workspace::<Single>::new(networks, partials)),
     }
 }

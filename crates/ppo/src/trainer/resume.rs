@@ -5,21 +5,21 @@ use policy::{Checkpoint, Mlp, VecEnv};
 use super::{TrainError, Trainer};
 
 impl<E: VecEnv> Trainer<E> {
-    /// Everything a resumed run needs to give the same bits as one never stopped.
+    /// Everything a resumed run needs to give the same bits as one never stopped, on any number of ranks. Waits for all of them;
+    /// whole on rank 0 only.
     pub fn checkpoint(&self) -> Checkpoint {
         let mut checkpoint = Checkpoint::default();
         checkpoint.insert("parameters", &self.parameters);
         checkpoint.insert("adam/first_moment", &self.adam.first_moment);
         checkpoint.insert("adam/second_moment", &self.adam.second_moment);
         let row = self.rollout.num_envs * self.rollout.observation_dim;
-        checkpoint.insert("observations", &self.rollout.observations[..row]);
-        checkpoint.insert("episode_returns", &self.episode_returns);
-        checkpoint.insert("episode_lengths", &self.episode_lengths);
+        let gather = |own: &[f32]| self.team.gather_to_lead(own);
+        checkpoint.insert("observations", &gather(&self.rollout.observations[..row]));
+        checkpoint.insert("episode_returns", &gather(&self.episode_returns));
+        checkpoint.insert("episode_lengths", &gather(&self.episode_lengths));
         checkpoint.insert("finished", &self.finished);
         checkpoint.insert("learning_rate", &[self.learning_rate]);
-        let mut state = Vec::new();
-        self.env.save_state(&mut state);
-        checkpoint.bytes.insert("environment".into(), state);
+        checkpoint.bytes.insert("environment".into(), self.env_states());
         checkpoint.header.insert("iteration".into(), self.iteration.to_string());
         checkpoint.header.insert("adam_steps".into(), self.adam.steps.to_string());
         checkpoint.header.insert("seed".into(), self.seed.to_string());
@@ -36,13 +36,39 @@ impl<E: VecEnv> Trainer<E> {
             return Err(TrainError::Shape(format!("the checkpoint's seed is {seed}, must be {}", self.seed)));
         }
         self.warm_start(checkpoint)?;
-        let row = self.rollout.num_envs * self.rollout.observation_dim;
-        checkpoint.read_into("observations", &mut self.rollout.observations[..row])?;
-        checkpoint.read_into("episode_returns", &mut self.episode_returns)?;
-        checkpoint.read_into("episode_lengths", &mut self.episode_lengths)?;
+        let (envs, total, width) =
+            (self.team.own_envs(), self.team.total_envs(), self.rollout.observation_dim);
+        let read = |name: &str, width: usize, own: &mut [f32]| -> Result<(), TrainError> {
+            let mut all = vec![0.0; total * width];
+            checkpoint.read_into(name, &mut all)?;
+            own.copy_from_slice(&all[envs.start * width..envs.end * width]);
+            Ok(())
+        };
+        read("observations", width, &mut self.rollout.observations[..envs.len() * width])?;
+        read("episode_returns", 1, &mut self.episode_returns)?;
+        read("episode_lengths", 1, &mut self.episode_lengths)?;
         checkpoint.read_into("finished", &mut self.finished)?;
         self.iteration = checkpoint.number("iteration")?;
-        self.env.load_state(checkpoint.state("environment")?).map_err(TrainError::Environment)
+        let state = self.own_state(checkpoint.state("environment")?);
+        self.env.load_state(&state).map_err(TrainError::Environment)
+    }
+
+    /// The state of the environments of all ranks, on rank 0.
+    fn env_states(&self) -> Vec<u8> {
+        let mut own = Vec::new();
+        self.env.save_state(&mut own);
+        let mut states = self.team.exchange().gather(&own).into_iter();
+        let mut all = states.next().unwrap_or_default();
+        states.for_each(|state| all.extend_from_slice(&state[self.env.common_state_len()..]));
+        all
+    }
+
+    /// What is common to all environments, and this rank's part of the rest.
+    fn own_state(&self, all: &[u8]) -> Vec<u8> {
+        let (common, each) = all.split_at(self.env.common_state_len().min(all.len()));
+        let (envs, total) = (self.team.own_envs(), self.team.total_envs());
+        let own = &each[each.len() * envs.start / total..each.len() * envs.end / total];
+        [common, own].concat()
     }
 
     /// Takes weights, optimizer and learning rate from another run of the same networks; the environments stay.

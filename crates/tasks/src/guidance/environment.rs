@@ -1,6 +1,6 @@
 //! Many robots whose supervisors learn to obey the hand.
 
-use policy::{Mirror, StepBuffers, VecEnv, layout};
+use policy::{Mirror, Share, StepBuffers, VecEnv, layout};
 use rayon::prelude::*;
 use spatial::{Philox, Purpose};
 use terrain::TerrainGrid;
@@ -80,6 +80,19 @@ impl GuidanceEnv {
         num_envs: usize,
         seed: u64,
     ) -> Result<Self, String> {
+        Self::with_share(config, locomotion, Share::whole(num_envs), seed)
+    }
+
+    /// Some of the robots of a training: whole squads, but for the last.
+    ///
+    /// # Errors
+    /// Names the value that is out of range, and what is allowed.
+    pub fn with_share(
+        config: GuidanceConfig,
+        locomotion: LocomotionPolicy,
+        share: Share,
+        seed: u64,
+    ) -> Result<Self, String> {
         config.validate()?;
         let grid = config.terrain.grid(seed)?;
         let simulation = Simulation::new(grid.field.clone(), locomotion.physics());
@@ -87,7 +100,7 @@ impl GuidanceEnv {
         let course = Course { simulation, policy: locomotion, observation_noise, seed };
         let guided = |squad: Squad| {
             let robot = |i: usize| Guided {
-                column: grid.column_of_env(squad.first_robot + i, num_envs),
+                column: grid.column_of_env(squad.first_robot + i, share.total),
                 ..Guided::default()
             };
             let robots = squad.robots();
@@ -98,7 +111,8 @@ impl GuidanceEnv {
                 squad,
             }
         };
-        let squads = course.squads(num_envs, &config.randomization)?.into_iter().map(guided).collect();
+        let squads = course.squads_of(share.envs, &config.randomization)?;
+        let squads = squads.into_iter().map(guided).collect();
         Ok(Self { config, seed, course, grid, squads })
     }
 
@@ -325,12 +339,18 @@ impl VecEnv for GuidanceEnv {
             });
     }
 
-    fn drain_metrics(&mut self) -> Vec<(String, f64)> {
+    fn take_sums(&mut self) -> Vec<f64> {
+        self.squads.iter_mut().flat_map(|squad| std::mem::take(&mut squad.metrics).to_sums()).collect()
+    }
+
+    fn report(&mut self, sums: &[f64]) -> Vec<(String, f64)> {
         let mut total = Metrics::default();
-        for squad in &mut self.squads {
-            total.merge(&std::mem::take(&mut squad.metrics));
-        }
+        sums.as_chunks().0.iter().for_each(|sums| total.merge(&Metrics::from_sums(sums)));
         total.named()
+    }
+
+    fn common_state_len(&self) -> usize {
+        size_of_val(&STATE_VERSION)
     }
 
     fn save_state(&self, out: &mut Vec<u8>) {

@@ -2,6 +2,9 @@
 
 use super::{Behavior, behavior::PAPER_TOTAL};
 
+/// Numbers in [`Metrics`].
+const SUMS: usize = 8;
+
 /// Sums over control steps of all robots.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Metrics {
@@ -26,6 +29,18 @@ impl Metrics {
     /// Takes in a control step's drift \[rad/s\].
     pub(super) fn add_drift(&mut self, drift: f32) {
         self.drift += f64::from(drift);
+    }
+
+    /// The sums, in a fixed order.
+    pub(super) fn to_sums(&self) -> [f64; SUMS] {
+        let [stop, walk, turn, spin] = self.rewards;
+        [self.steps, self.falls, self.broken, self.drift, stop, walk, turn, spin]
+    }
+
+    /// What [`Metrics::to_sums`] gave.
+    pub(super) fn from_sums(sums: &[f64; SUMS]) -> Self {
+        let &[steps, falls, broken, drift, ref rewards @ ..] = sums;
+        Self { steps, falls, broken, drift, rewards: *rewards }
     }
 
     /// Adds another sum.

@@ -1,5 +1,7 @@
 //! The frozen locomotion policy, and the robots it walks.
 
+use std::ops::Range;
+
 use policy::{ForwardWorkspace, Mlp, OnnxPolicy, layout};
 use spatial::{Philox, Purpose};
 
@@ -103,9 +105,21 @@ impl Course {
     /// # Errors
     /// `num_robots` is no multiple of sixteen, or a range is none.
     pub fn squads(&self, num_robots: usize, randomization: &Randomization) -> Result<Vec<Squad>, String> {
-        let mut groups = self.simulation.groups(num_robots, randomization, self.seed)?.into_iter();
+        self.squads_of(0..num_robots, randomization)
+    }
+
+    /// As [`Course::squads`], of the robots with these numbers among all.
+    ///
+    /// # Errors
+    /// They are not whole groups of sixteen, or a range is none.
+    pub fn squads_of(
+        &self,
+        robots: Range<usize>,
+        randomization: &Randomization,
+    ) -> Result<Vec<Squad>, String> {
+        let mut groups = self.simulation.groups(robots.clone(), randomization, self.seed)?.into_iter();
         let mut squads = Vec::new();
-        for first_robot in (0..num_robots).step_by(SQUAD) {
+        for first_robot in robots.step_by(SQUAD) {
             let groups: Vec<Group> = groups.by_ref().take(SQUAD / GROUP).collect();
             let robots = groups.len() * GROUP;
             squads.push(Squad {

@@ -1,6 +1,6 @@
 //! Many robots learning to walk.
 
-use policy::{Mirror, StepBuffers, VecEnv, layout};
+use policy::{Mirror, Share, StepBuffers, VecEnv, layout};
 use rayon::prelude::*;
 use spatial::{Philox, Purpose};
 use terrain::{TerrainGrid, next_level};
@@ -24,6 +24,8 @@ pub struct LocomotionEnv {
     simulation: Simulation,
     grid: TerrainGrid,
     groups: Vec<TaskGroup>,
+    /// Robots of all shares.
+    total_envs: usize,
     /// Control steps during which robots walked as told, and those not yet judged.
     walked_steps: u32,
     new_steps: u32,
@@ -57,19 +59,27 @@ impl LocomotionEnv {
     /// # Errors
     /// Names the value that is out of range, and what is allowed.
     pub fn new(config: LocomotionConfig, num_envs: usize, seed: u64) -> Result<Self, String> {
+        Self::with_share(config, Share::whole(num_envs), seed)
+    }
+
+    /// Some of the robots of a training, whole groups of sixteen.
+    ///
+    /// # Errors
+    /// Names the value that is out of range, and what is allowed.
+    pub fn with_share(config: LocomotionConfig, share: Share, seed: u64) -> Result<Self, String> {
         config.validate()?;
         let grid = config.terrain.grid(seed)?;
         let simulation = Simulation::new(grid.field.clone(), config.physics());
-        let groups = simulation.groups(num_envs, &config.randomization, seed)?;
+        let groups = simulation.groups(share.envs.clone(), &config.randomization, seed)?;
         let with_task = |(index, group): (usize, Group)| {
-            let first_env = index * GROUP;
+            let first_env = share.envs.start + index * GROUP;
             let robot = |lane: usize| {
                 let env = first_env + lane;
                 let mut random = Philox::new(seed, env, 0, 1, Purpose::Environment);
                 let levels = grid.levels().min(config.max_initial_level + 1);
                 RobotTask {
                     level: random.below(levels as u32) as usize,
-                    column: grid.column_of_env(env, num_envs),
+                    column: grid.column_of_env(env, share.total),
                     ..RobotTask::default()
                 }
             };
@@ -81,7 +91,8 @@ impl LocomotionEnv {
             }
         };
         let groups = groups.into_iter().enumerate().map(with_task).collect();
-        Ok(Self { config, seed, simulation, grid, groups, walked_steps: 0, new_steps: 0 })
+        let total_envs = share.total;
+        Ok(Self { config, seed, simulation, grid, groups, total_envs, walked_steps: 0, new_steps: 0 })
     }
 
     fn split(&mut self) -> (Shared<'_>, &mut [TaskGroup]) {
@@ -98,12 +109,6 @@ impl LocomotionEnv {
             episode_steps: steps(self.config.episode_s),
         };
         (shared, &mut self.groups)
-    }
-
-    /// Mean level of the robots' ground.
-    pub fn mean_level(&self) -> f64 {
-        let levels = self.groups.iter().flat_map(|group| &group.robots).map(|robot| robot.level as f64);
-        levels.sum::<f64>() / self.num_envs() as f64
     }
 }
 
@@ -348,17 +353,23 @@ impl VecEnv for LocomotionEnv {
             });
     }
 
-    fn drain_metrics(&mut self) -> Vec<(String, f64)> {
+    fn take_sums(&mut self) -> Vec<f64> {
+        let sums = |group: &mut TaskGroup| {
+            group.metrics.levels = group.robots.iter().map(|robot| robot.level as f64).sum();
+            std::mem::take(&mut group.metrics).to_sums()
+        };
+        self.groups.iter_mut().flat_map(sums).collect()
+    }
+
+    fn report(&mut self, sums: &[f64]) -> Vec<(String, f64)> {
         let mut total = Metrics::default();
-        for group in &mut self.groups {
-            total.merge(&std::mem::take(&mut group.metrics));
-        }
+        sums.as_chunks().0.iter().for_each(|sums| total.merge(&Metrics::from_sums(sums)));
         let new_steps = std::mem::take(&mut self.new_steps);
         if total.linear_tracking() >= f64::from(self.config.ramp_tracking) {
             self.walked_steps = self.walked_steps.saturating_add(new_steps);
         }
         let mut named = total.named();
-        named.push(("terrain_level".into(), self.mean_level()));
+        named.push(("terrain_level".into(), total.levels / self.total_envs as f64));
         named
     }
 
@@ -372,6 +383,10 @@ impl VecEnv for LocomotionEnv {
             group.group.visit(&mut writer);
             group.robots.iter_mut().for_each(|robot| robot.visit(&mut writer));
         }
+    }
+
+    fn common_state_len(&self) -> usize {
+        size_of_val(&STATE_VERSION) + size_of_val(&self.walked_steps) + size_of_val(&self.new_steps)
     }
 
     fn load_state(&mut self, bytes: &[u8]) -> Result<(), String> {

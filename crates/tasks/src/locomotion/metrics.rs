@@ -2,6 +2,10 @@
 
 use super::reward::{StepQuantities, TERMS, linear_error, term_names, yaw_error};
 
+/// Numbers in [`Metrics`] beside the terms of the reward, and all.
+const OTHERS: usize = 7;
+const SUMS: usize = OTHERS + TERMS;
+
 /// Sums over steps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Metrics {
@@ -11,6 +15,8 @@ pub(super) struct Metrics {
     pub(super) falls: f64,
     /// States that were no longer numbers.
     pub(super) broken: f64,
+    /// Terrain levels of the robots, as they are.
+    pub(super) levels: f64,
     terms: [f64; TERMS],
     linear_tracking: f64,
     yaw_tracking: f64,
@@ -29,11 +35,36 @@ impl Metrics {
         self.guidance_score += f64::from((-10.0 * (linear + yaw)).exp());
     }
 
+    /// The sums, in a fixed order.
+    pub(super) fn to_sums(&self) -> [f64; SUMS] {
+        let mut sums = [0.0; SUMS];
+        let others = [
+            self.steps,
+            self.falls,
+            self.broken,
+            self.levels,
+            self.linear_tracking,
+            self.yaw_tracking,
+            self.guidance_score,
+        ];
+        sums[..OTHERS].copy_from_slice(&others);
+        sums[OTHERS..].copy_from_slice(&self.terms);
+        sums
+    }
+
+    /// What [`Metrics::to_sums`] gave.
+    pub(super) fn from_sums(sums: &[f64; SUMS]) -> Self {
+        let &[steps, falls, broken, levels, linear_tracking, yaw_tracking, guidance_score, ref terms @ ..] =
+            sums;
+        Self { steps, falls, broken, levels, linear_tracking, yaw_tracking, guidance_score, terms: *terms }
+    }
+
     /// Adds another sum.
     pub(super) fn merge(&mut self, o: &Self) {
         self.steps += o.steps;
         self.falls += o.falls;
         self.broken += o.broken;
+        self.levels += o.levels;
         self.linear_tracking += o.linear_tracking;
         self.yaw_tracking += o.yaw_tracking;
         self.guidance_score += o.guidance_score;

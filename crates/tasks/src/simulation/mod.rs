@@ -5,7 +5,7 @@ mod observation;
 mod randomization;
 mod reset;
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use physics::{Block, Config, Engine};
 use robot::{Harness, RobotModel};
@@ -71,24 +71,24 @@ impl Simulation {
         &self.engine.robot
     }
 
-    /// Groups for `num_envs` robots, drawn from `randomization`; they still have to be reset.
+    /// Groups for the robots with numbers `envs`, drawn from `randomization`; they still have to be reset.
     ///
     /// # Errors
-    /// `num_envs` is no multiple of [`GROUP`], or a range is none.
+    /// `envs` are not whole groups, or a range is none.
     pub fn groups(
         &self,
-        num_envs: usize,
+        envs: Range<usize>,
         randomization: &Randomization,
         seed: u64,
     ) -> Result<Vec<Group>, String> {
-        if num_envs == 0 || !num_envs.is_multiple_of(GROUP) {
-            return Err(format!("num_envs is {num_envs}, must be a multiple of {GROUP} above 0"));
+        if envs.is_empty() || !envs.len().is_multiple_of(GROUP) {
+            return Err(format!("num_envs is {}, must be a multiple of {GROUP} above 0", envs.len()));
         }
         randomization.validate()?;
-        let group = |index: usize| {
+        let group = |first: usize| {
             let mut block = Block::new(&self.engine);
             for lane in 0..GROUP {
-                let constants = randomization.draw(self.robot(), seed, index * GROUP + lane);
+                let constants = randomization.draw(self.robot(), seed, first + lane);
                 block.parameters.base_inertia.set(lane, &constants.base_inertia);
                 block.parameters.friction.set(lane, constants.friction);
                 block.parameters.hand_position.set(lane, constants.hand_position.to_array());
@@ -99,7 +99,7 @@ impl Simulation {
                 previous_joint_velocity: vec![f32x16::ZERO; self.engine.num_joints()],
             }
         };
-        Ok((0..num_envs / GROUP).map(group).collect())
+        Ok(envs.step_by(GROUP).map(group).collect())
     }
 
     /// Holds the targets of `actions` ([`GROUP`] × 12, raw) during one control step.

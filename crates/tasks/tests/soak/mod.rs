@@ -47,7 +47,7 @@ pub(crate) fn soak(robots: usize, robot_steps: u64, mut report: impl FnMut(&Tall
         bar_length_m: [0.3, 2.0],
         hand_mass_kg: [0.01, 20.0],
     };
-    let groups = simulation.groups(robots, &extreme, 1).expect("a multiple of sixteen");
+    let groups = simulation.groups(0..robots, &extreme, 1).expect("a multiple of sixteen");
     let squad = |(index, group)| Squad { index, group, tally: Tally::default() };
     let mut squads: Vec<Squad> = groups.into_iter().enumerate().map(squad).collect();
     let rounds = robot_steps.div_ceil((robots * ROUND * DECIMATION) as u64);

@@ -1,0 +1,78 @@
+//! The gradient steps of an iteration.
+
+use policy::VecEnv;
+use spatial::{Philox, Purpose};
+
+use super::{TrainError, Trainer};
+use crate::{
+    config::Config,
+    gradient::{MinibatchLoss, Objective},
+    loss::Gaussian,
+};
+
+impl<E: VecEnv> Trainer<E> {
+    /// Takes the gradient steps of an iteration.
+    pub(super) fn update(&mut self) -> Result<Vec<MinibatchLoss>, TrainError> {
+        let samples = self.steps_per_iteration() as usize;
+        let config = self.config.at(self.iteration);
+        let size = samples / config.minibatches;
+        let old_noise = Gaussian::new(self.networks.split(&self.parameters).2);
+        let mut losses = Vec::with_capacity(config.epochs * config.minibatches);
+        for epoch in 0..config.epochs {
+            let mut order = self.shuffled(samples, epoch);
+            // Whole minibatches; what is left over is another sample each time.
+            order.truncate(size * config.minibatches);
+            let rollout = if self.team.is_alone() {
+                &self.rollout
+            } else {
+                let (envs, exchange) = (self.team.envs(), self.team.exchange());
+                self.deal.deal(&self.rollout, envs, self.engine.partials(), (&mut order, size), exchange);
+                self.deal.rows()
+            };
+            for rows in order.chunks_exact(size) {
+                let objective = Objective {
+                    config: &config,
+                    networks: &self.networks,
+                    noise: &Gaussian::new(self.networks.split(&self.parameters).2),
+                    old_noise: &old_noise,
+                    mirror: self.mirror.as_ref(),
+                };
+                self.engine.load(&self.networks, &self.parameters);
+                let exchange = self.team.exchange();
+                let loss = self.engine.differentiate(objective, rollout, rows, exchange, &mut self.gradient);
+                if !(loss.surrogate + loss.value).is_finite() {
+                    return Err(self.non_finite("the loss"));
+                }
+                if !loss.gradient_norm.is_finite() {
+                    return Err(self.non_finite("the gradient"));
+                }
+                adapt(&mut self.learning_rate, loss.kl, &config);
+                let scale = (f64::from(config.max_gradient_norm) / loss.gradient_norm).min(1.0) as f32;
+                self.adam.step(&mut self.parameters, &self.gradient, scale, self.learning_rate);
+                losses.push(loss);
+            }
+        }
+        Ok(losses)
+    }
+
+    /// A random order of the samples (Fisher and Yates).
+    fn shuffled(&self, samples: usize, epoch: usize) -> Vec<u32> {
+        let mut random = Philox::new(self.seed, epoch, self.iteration as u32, 0, Purpose::Shuffle);
+        let mut order: Vec<u32> = (0..samples as u32).collect();
+        for i in (1..samples).rev() {
+            order.swap(i, random.below(i as u32 + 1) as usize);
+        }
+        order
+    }
+}
+
+/// Slower when the policy moves too far from the rollout's, faster when it hardly moves (rsl_rl's rule).
+fn adapt(learning_rate: &mut f32, kl: f64, config: &Config) {
+    let desired = f64::from(config.desired_kl);
+    let [low, high] = config.learning_rate_range;
+    if kl > 2.0 * desired && desired > 0.0 {
+        *learning_rate = (*learning_rate / 1.5).max(low);
+    } else if kl > 0.0 && kl < 0.5 * desired {
+        *learning_rate = (*learning_rate * 1.5).min(high);
+    }
+}
