@@ -1,11 +1,13 @@
 //! PPO on any task, as the training loop sees it, in a run's folder.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
 use policy::{Checkpoint, VecEnv, layout, load_onnx, save_onnx};
 use ppo::{Iteration, Trainer};
 use serde::Serialize;
+use tasks::View;
 use tasks::guidance::{GuidanceConfig, GuidanceEnv};
 use tasks::locomotion::{LocomotionConfig, LocomotionEnv};
 
@@ -15,11 +17,12 @@ use crate::policies;
 use crate::run_config::{Run, TaskConfig, same_as_begun};
 use crate::run_folder::{RunFolder, numbered_checkpoints, write_atomic};
 use crate::training::{Learner, Outcome, train};
+use crate::watch::{Watched, Window};
 
 /// A task that can be trained from its settings.
 pub trait Trainable: TaskConfig {
     /// Its environments.
-    type Env: VecEnv;
+    type Env: VecEnv + View;
     /// Widths of an observation and of an action.
     const SHAPE: [usize; 2];
     /// Metrics on the progress line.
@@ -75,7 +78,7 @@ pub enum Start {
     From(PathBuf),
 }
 
-/// Trains in the run's folder until its iterations are made or the user interrupts.
+/// Trains in the run's folder until its iterations are made or the user interrupts; shown through `window`, if there is one.
 ///
 /// # Errors
 /// A setting, a checkpoint or the disk that cannot be used; a learner that broke down.
@@ -84,24 +87,30 @@ pub fn learn<T: Trainable>(
     config: &Run<T>,
     start: &Start,
     interrupt: &Interrupt,
+    window: Option<&Arc<Window>>,
 ) -> Result<Outcome>
 where
     Run<T>: Serialize,
 {
-    let mut trainer = begin(run, config, start)?;
-    train(&mut trainer, run, &config.training, T::SHOWN, interrupt)
+    let mut trainer = begin(run, config, start, window)?;
+    train(&mut trainer, run, &config.training, T::SHOWN, interrupt, window.map(Arc::as_ref))
 }
 
-/// The learner of a run, where it is to begin, its settings written to the run's folder.
+/// The learner of a run, where it is to begin, its settings written to the run's folder; `window` shows its environments.
 ///
 /// # Errors
 /// A setting, a checkpoint or the disk that cannot be used.
-pub fn begin<T: Trainable>(run: &RunFolder, config: &Run<T>, start: &Start) -> Result<Trainer<T::Env>>
+pub fn begin<T: Trainable>(
+    run: &RunFolder,
+    config: &Run<T>,
+    start: &Start,
+    window: Option<&Arc<Window>>,
+) -> Result<Trainer<Watched<T::Env>>>
 where
     Run<T>: Serialize,
 {
     let settings = &config.training;
-    let env = config.task.environments(settings.num_envs, settings.seed)?;
+    let env = Watched::new(config.task.environments(settings.num_envs, settings.seed)?, window.cloned());
     let mut trainer = Trainer::new(config.ppo.clone(), settings.seed, env).or_bad_input(|| "ppo".into())?;
     let text = toml::to_string(config).context("cannot write the configuration")?;
     if *start == Start::Resume {

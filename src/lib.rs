@@ -21,5 +21,6 @@ pub mod server;
 pub mod tensorboard;
 pub mod time_to_quality;
 pub mod training;
+pub mod watch;
 
 pub use {evaluation, physics, policy, ppo, robot, spatial, tasks, terrain};
