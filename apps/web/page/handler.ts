@@ -19,8 +19,8 @@ export class Handler {
   private walked = 0;
   private pace = 0;
 
-  constructor() {
-    const cloth = new MeshStandardMaterial({ color: new Color(0x2f5d8a), roughness: 0.9 });
+  constructor(shirt: number) {
+    const cloth = new MeshStandardMaterial({ color: new Color(shirt), roughness: 0.9 });
     const trousers = new MeshStandardMaterial({ color: new Color(0x39424e), roughness: 0.9 });
     const skin = new MeshStandardMaterial({ color: new Color(0xc99372), roughness: 0.8 });
     const capsule = (radius: number, length: number, material: MeshStandardMaterial) => {
