@@ -9,8 +9,10 @@ use tasks::guidance::Behavior;
 
 use super::window::{Ground, HEADER, Window};
 
-/// Robots that are shown together.
+/// Most robots that are shown together.
 const SAMPLE: usize = 64;
+/// They are within this of the first one when they are chosen \[m\]: the ground further away is not shown.
+const NEAR_M: f32 = 12.0;
 /// The same robots are shown for this long.
 const SAMPLE_TIME: Duration = Duration::from_secs(20);
 
@@ -75,6 +77,7 @@ impl<E: VecEnv + View> Watched<E> {
             })
             .collect();
         by_distance.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        by_distance.retain(|(distance, _)| *distance <= NEAR_M);
         by_distance.truncate(SAMPLE);
         let ground = Ground { field: self.env.ground().clone(), sample: self.samples, place: [x, y] };
         window.show_ground(ground);
@@ -188,7 +191,7 @@ mod tests {
         assert!(expected.1 == found.1 && expected.2 == found.2);
         let news = reader.news(Duration::ZERO);
         assert_eq!(news.frames.len(), 30);
-        assert_eq!(news.frames[29][..2], [0.6, 64.0]);
+        assert_eq!(news.frames[29][0], 0.6);
     }
 
     #[test]
@@ -201,10 +204,11 @@ mod tests {
         let [x, y] = news.ground.unwrap().place;
         let row: usize = tasks::VIEW_FIELDS.iter().map(|(_, width)| width).sum();
         let rows: Vec<&[f32]> = news.frames[0][HEADER..].chunks_exact(row).collect();
-        assert_eq!(rows.len(), SAMPLE);
+        assert!(rows.len() > 1 && rows.len() <= SAMPLE, "{} robots", rows.len());
+        assert_eq!(rows.len() as f32, news.frames[0][1]);
         let distances: Vec<f32> = rows.iter().map(|row| (row[0] - x).hypot(row[1] - y)).collect();
         assert_eq!(distances[0], 0.0);
-        assert!(distances.is_sorted(), "{distances:?}");
+        assert!(distances.is_sorted() && distances.iter().all(|d| *d <= NEAR_M), "{distances:?}");
     }
 
     #[test]

@@ -117,7 +117,7 @@ export class Stage {
   private reach(meters: number): void {
     Object.assign(this.sun.shadow.camera, { left: -meters, right: meters, top: meters, bottom: -meters, near: 1, far: 24 });
     this.sun.shadow.camera.updateProjectionMatrix();
-    Object.assign(this.scene.fog!, meters > 10 ? { near: 12, far: 19 } : { near: 8, far: 14 });
+    Object.assign(this.scene.fog!, meters > 10 ? { near: 13, far: 23 } : { near: 8, far: 14 });
   }
 
   clearTraces(): void {

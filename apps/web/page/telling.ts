@@ -10,14 +10,14 @@ import { inWords } from "./pull.ts";
 const FIGURES_MS = 100;
 /** A behavior is announced when it has lasted this long [s]. */
 const SETTLED_S = 0.4;
-const SPEEDS = [
+export const SPEEDS = [
   { name: "ahead, m/s", most: 1.2 },
   { name: "left, m/s", most: 0.4 },
   { name: "turn, rad/s", most: 1.5 },
 ];
 const DOES: Record<string, string> = { walk: "walks", stop: "stands", turn: "walks and turns", spin: "turns on the spot" };
 
-interface SpeedRow {
+export interface SpeedRow {
   commanded: HTMLElement;
   actual: HTMLElement;
   bars: SVGElement[];
@@ -121,7 +121,7 @@ export class Telling {
         const who = frame.robots === 1 ? "The dog" : `The dog (${this.minds[robot]})`;
         rows.push([`${who} does`, fallen ? "fallen" : behavior, fallen ? "stop" : behavior]);
         const drift = (frame.value(robot, "heading_drift") * 180) / Math.PI;
-        rows.push(["Heading drift", `${drift.toFixed(1)}° since the pull changed, 10 s at most`, ""]);
+        rows.push(["Heading drift in 10 s", `${drift.toFixed(1)}°`, ""]);
       }
     } else {
       const counts = this.description.behaviors.map(() => 0);
@@ -143,7 +143,7 @@ export class Telling {
   }
 }
 
-function speedRow(body: HTMLElement, name: string): SpeedRow {
+export function speedRow(body: HTMLElement, name: string): SpeedRow {
   const row = make("tr");
   const head = make("th", name);
   head.scope = "row";
@@ -154,7 +154,7 @@ function speedRow(body: HTMLElement, name: string): SpeedRow {
   return { commanded, actual, bars: [...picture.querySelectorAll("rect")] };
 }
 
-function showSpeeds(rows: SpeedRow[], command: Vector, velocity: Vector): void {
+export function showSpeeds(rows: SpeedRow[], command: Vector, velocity: Vector): void {
   rows.forEach(({ commanded, actual, bars }, i) => {
     commanded.textContent = command[i]!.toFixed(2);
     actual.textContent = velocity[i]!.toFixed(2);

@@ -1,6 +1,6 @@
 // Watching a training: robots and curves as its server sends them over a WebSocket. The page only listens.
 
-import type { Description, Layout, Vector } from "./contract.ts";
+import type { Description, Layout } from "./contract.ts";
 import { Curves, type CurvesMessage, plain, short } from "./curves.ts";
 import { find, make } from "./dom.ts";
 import { Frame } from "./frame.ts";
@@ -9,6 +9,7 @@ import { Simulation } from "./module.ts";
 import { inWords } from "./pull.ts";
 import type { View } from "./rig.ts";
 import { Stage } from "./scene.ts";
+import { SPEEDS, type SpeedRow, showSpeeds, speedRow } from "./telling.ts";
 
 /** Frames come in bursts, one an iteration: they are shown so that this much time [s] is left to show. */
 const BUFFER_S = 1.2;
@@ -54,6 +55,10 @@ export async function watch(): Promise<void> {
 class Watching {
   private readonly stage: Stage;
   private readonly status = find("training-status");
+  private readonly speeds: SpeedRow[];
+  /** The picture stands still; the ground of robots that came meanwhile is kept. */
+  private held = false;
+  private missed: Float32Array | null = null;
   private hello: Hello | null = null;
   private curves: Curves | null = null;
   private queue: Frame[] = [];
@@ -75,6 +80,19 @@ class Watching {
     find("views").addEventListener("change", (event) => {
       this.stage.view = (event.target as HTMLInputElement).value as View;
       Object.assign(this.stage.orbit, { around: 0, up: 0 });
+    });
+    const body = make("tbody");
+    find("one-speeds").append(body);
+    this.speeds = SPEEDS.map(({ name }) => speedRow(body, name));
+    const hold = find("hold-picture");
+    hold.addEventListener("click", () => {
+      this.held = !this.held;
+      hold.textContent = this.held ? "Go on" : "Hold the picture";
+      hold.setAttribute("aria-pressed", String(this.held));
+      if (this.held) return;
+      this.queue = [];
+      if (this.missed) this.shown(this.missed);
+      this.missed = null;
     });
     find("loading").textContent = "Waiting for the training…";
     this.listen();
@@ -119,7 +137,9 @@ class Watching {
 
   /** A binary message: 0 and a frame, or 1, the sample's number, its place and the triangles of its ground. */
   private shown(numbers: Float32Array): void {
-    if (numbers[0] === 1) {
+    if (this.held) {
+      if (numbers[0] === 1) this.missed = numbers;
+    } else if (numbers[0] === 1) {
       this.stage.ground.set(numbers.slice(4));
       this.queue = [];
       this.before = this.now = null;
@@ -155,11 +175,11 @@ class Watching {
     requestAnimationFrame((next) => this.draw(next));
     const seconds = Math.min((time - this.drawnAt) / 1000, 0.5);
     this.drawnAt = time;
-    this.advance(seconds);
+    if (!this.held) this.advance(seconds);
     if (!this.before || !this.now) return;
     const span = this.now.time - this.before.time;
     const share = span > 0 ? Math.min(Math.max((this.shownTime - this.before.time) / span, 0), 1) : 1;
-    this.stage.draw(this.before, this.now, share, seconds, { traces: false, still: false, ownForces: true });
+    this.stage.draw(this.before, this.now, share, seconds, { traces: false, still: this.held, ownForces: true });
     this.figures(this.now);
   }
 
@@ -184,15 +204,13 @@ class Watching {
   }
 
   private figures(frame: Frame): void {
-    const speeds = ([x, y, yaw]: Vector) => `${x.toFixed(2)} m/s ahead, ${y.toFixed(2)} m/s left, ${yaw.toFixed(2)} rad/s`;
     const meant = this.description.behaviors[frame.meant]!;
     const rows: [string, string, string][] = [
-      ["Told to go", speeds(frame.vector(0, "command")), ""],
-      ["Goes", speeds(frame.vector(0, "velocity")), ""],
       ["Hand pulls", inWords(frame.force), ""],
     ];
     if (this.hello?.task === "supervisor") rows.push(["Table II says", meant, meant]);
     else rows.push(["Base is pushed", inWords(frame.vector(0, "base_force")).replace("no pull", "no push"), ""]);
+    showSpeeds(this.speeds, frame.vector(0, "command"), frame.vector(0, "velocity"));
     find("one").replaceChildren(
       ...rows.flatMap(([term, text, behavior]) => [make("dt", term), make("dd", text, behavior ? `behavior ${behavior}` : "")]),
     );
