@@ -25,6 +25,8 @@ export class Rig {
   part: Part = { left: 0, bottom: 0, width: 1, height: 1 };
   private heading = 0;
   private settled = false;
+  /** Who asks for little motion gets a camera that does not swing around with the dog. */
+  private readonly calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 
   constructor() {
     this.camera.up.set(0, 0, 1);
@@ -49,7 +51,8 @@ export class Rig {
     const middle = new Vector3(base.x - 0.55 * Math.cos(yaw), base.y - 0.55 * Math.sin(yaw), base.z);
     this.focus.lerp(middle, follow);
     const turn = Math.atan2(Math.sin(yaw - this.heading), Math.cos(yaw - this.heading));
-    this.heading += turn * (view !== "follow" ? 0 : follow < 1 ? 1 - Math.exp(-1.5 * seconds) : 1);
+    const swing = this.calm.matches ? 0 : 1 - Math.exp(-1.5 * seconds);
+    this.heading += turn * (view !== "follow" ? 0 : follow < 1 ? swing : 1);
     const [azimuth, elevation, far] = {
       follow: [this.heading + Math.PI - 0.95 + around, 0.3 + up, 4.2 * distance] as const,
       side: [-Math.PI / 2 + around, 0.16 + up, 4.6 * distance] as const,

@@ -23,7 +23,7 @@ const complaints = [];
 /** A page whose complaints are kept. */
 async function visit(url, viewport = { width: 980, height: 700 }) {
   const host = new URL(url).host;
-  const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: "reduce" });
+  const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: folder ? "no-preference" : "reduce" });
   const page = await context.newPage();
   page.on("console", (message) => {
     if (message.type() === "error") complaints.push(`console: ${message.text()}`);
