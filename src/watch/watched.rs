@@ -191,7 +191,7 @@ mod tests {
         assert!(expected.1 == found.1 && expected.2 == found.2);
         let news = reader.news(Duration::ZERO);
         assert_eq!(news.frames.len(), 30);
-        assert_eq!(news.frames[29][0], 0.6);
+        assert!((news.frames[29][0] - 0.6).abs() < 1e-6);
     }
 
     #[test]

@@ -297,11 +297,10 @@ const tests = {
     await page.keyboard.press(" ");
     const canvas = await page.locator("#picture canvas").boundingBox();
     const halves = new Set();
-    for (let y = canvas.y + 0.2 * canvas.height; y < canvas.y + 0.8 * canvas.height; y += 20)
-      for (let x = canvas.x + 8; x < canvas.x + canvas.width; x += 20) {
+    for (let y = canvas.y + 0.35 * canvas.height; y < canvas.y + 0.7 * canvas.height && halves.size < 2; y += 32)
+      for (let x = canvas.x + 16; x < canvas.x + canvas.width; x += 32) {
         await page.mouse.move(x, y);
         if (await page.locator("#picture canvas.over").count()) halves.add(x < canvas.x + canvas.width / 2 ? "left" : "right");
-        if (halves.size === 2) break;
       }
     assert.equal(halves.size, 2, `handles in ${[...halves]}`);
     if (folder) {
@@ -345,7 +344,7 @@ const tests = {
   },
 
   async "closing and killing pages leaves a training to its bits"() {
-    const settings = ["training.num_envs=64", "training.iterations=30", "task.terrain=flat", "ppo.actor_hidden=[16]", "ppo.critic_hidden=[16]"];
+    const settings = ["training.num_envs=64", "training.iterations=400", "task.terrain=flat", "ppo.actor_hidden=[16]", "ppo.critic_hidden=[16]"];
     const expected = await (await train(settings)).policy();
     const training = await train(settings, ["--watch", "--no-open"]);
     const seen = async () => {
@@ -353,8 +352,9 @@ const tests = {
       await page.waitForSelector("#loading", { state: "hidden", timeout: 120_000 });
       return page;
     };
-    await (await seen()).close();
-    await (await seen()).goto("chrome://crash").catch(() => {});
+    const [closed, killed] = await Promise.all([seen(), seen()]);
+    await closed.close();
+    await killed.goto("chrome://crash").catch(() => {});
     assert.ok(expected.equals(await training.policy()), "the same policy, byte for byte");
   },
 };
