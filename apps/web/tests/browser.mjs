@@ -294,7 +294,9 @@ const tests = {
     await page.click('[data-preset="0/30"]');
     await simulate(page, 2);
     // Each half follows its own dog, and the second handle pulls like the first.
-    await page.keyboard.press(" ");
+    await page.click("#pause");
+    await page.evaluate(() => scrollTo(0, 0));
+    await page.waitForTimeout(1500);
     const canvas = await page.locator("#picture canvas").boundingBox();
     const halves = new Set();
     for (let y = canvas.y + 0.35 * canvas.height; y < canvas.y + 0.7 * canvas.height && halves.size < 2; y += 32)
@@ -304,7 +306,7 @@ const tests = {
       }
     assert.equal(halves.size, 2, `handles in ${[...halves]}`);
     if (folder) {
-      await page.waitForTimeout(1500);
+      await page.mouse.move(2, 2);
       await page.locator("#stage").screenshot({ path: `${folder}/lanes.png`, scale: "css" });
     }
   },
