@@ -68,4 +68,13 @@ export class Robots {
       mesh.instanceMatrix.needsUpdate = true;
     }
   }
+
+  /** Draws one robot alone, until the next update: those before it must have had their turn. */
+  showOnly(robot: number): void {
+    for (const mesh of [...this.links, this.bar, this.hand]) {
+      mesh.instanceMatrix.array.copyWithin(0, 16 * robot, 16 * (robot + 1));
+      mesh.count = 1;
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+  }
 }

@@ -134,16 +134,21 @@ export class Stage {
     if (options.still && this.alreadyDrawn(b)) return;
     if (options.still) this.sharpen();
     this.robots.update(a, b, share);
-    this.drawForces(b, options.ownForces ?? false);
+    this.drawForces(b, 0, b.robots, options.ownForces ?? false);
     this.trace(b, options.traces);
-    this.handlers.forEach((handler, lane) => {
-      handler.group.visible = this.withHandlers && lane < b.robots;
-      if (!handler.group.visible) return;
-      handler.update(this.robots.handles[lane]!, b.yaw(lane), b.vector(lane, "position")[2] - 0.55, seconds);
-    });
     const { clientWidth: width, clientHeight: height } = this.host;
     this.rigs.forEach((rig, lane) => {
       if (lane >= b.robots) return;
+      // In a lane of two only its own dog is seen: the other walks where this one would be in the way.
+      if (this.rigs.length > 1) {
+        this.robots.showOnly(lane);
+        this.drawForces(b, lane, lane + 1, false);
+      }
+      this.handlers.forEach((handler, i) => (handler.group.visible = this.withHandlers && i === lane));
+      if (this.withHandlers) {
+        const standing = b.vector(lane, "position")[2] - 0.55;
+        this.handlers[lane]!.update(this.robots.handles[lane]!, b.yaw(lane), standing, seconds);
+      }
       rig.place(new Vector3(...b.vector(lane, "position")), b.yaw(lane), seconds, this.view, this.orbit);
       this.sun.position.set(rig.focus.x - 3.5, rig.focus.y + 4.5, rig.focus.z + 8);
       this.sun.target.position.copy(rig.focus);
@@ -156,11 +161,11 @@ export class Stage {
     if (!options.still) this.adapt(seconds);
   }
 
-  private drawForces(frame: Frame, own: boolean): void {
+  private drawForces(frame: Frame, from: number, to: number, own: boolean): void {
     this.pulls.clear();
     this.pushes.clear();
     const base = new Vector3();
-    for (let robot = 0; robot < frame.robots; robot++) {
+    for (let robot = from; robot < to; robot++) {
       const yaw = frame.yaw(robot);
       const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
       const inWorld = ([x, y, z]: Vector) => new Vector3(cos * x - sin * y, sin * x + cos * y, z);

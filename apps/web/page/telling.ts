@@ -156,8 +156,10 @@ export function speedRow(body: HTMLElement, name: string): SpeedRow {
 
 export function showSpeeds(rows: SpeedRow[], command: Vector, velocity: Vector): void {
   rows.forEach(({ commanded, actual, bars }, i) => {
-    commanded.textContent = command[i]!.toFixed(2);
-    actual.textContent = velocity[i]!.toFixed(2);
+    // Adding zero takes the sign from what rounds to it.
+    const figure = (value: number) => (Math.round(100 * value) / 100 + 0).toFixed(2);
+    commanded.textContent = figure(command[i]!);
+    actual.textContent = figure(velocity[i]!);
     // Left on the page is left of the dog.
     const sign = i === 0 ? 1 : -1;
     [command[i]!, velocity[i]!].forEach((value, bar) => {

@@ -278,7 +278,6 @@ const tests = {
     await untilTold(page, "walks", 4);
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 390, `${width} px wide`);
-    if (folder) await page.screenshot({ path: `${folder}/telephone.png` });
   },
 
   async "two supervisors side by side under one pull"() {
