@@ -1,12 +1,14 @@
 //! PPO on any task, as the training loop sees it, in a run's folder.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
 use policy::{Checkpoint, Share, VecEnv, layout, read_onnx, save_onnx};
 use ppo::exchange::Alone;
 use ppo::{Exchange, Iteration, Trainer};
 use serde::Serialize;
+use tasks::View;
 use tasks::guidance::{GuidanceConfig, GuidanceEnv, SQUAD};
 use tasks::locomotion::{LocomotionConfig, LocomotionEnv};
 use tasks::simulation::GROUP;
@@ -19,11 +21,12 @@ use crate::ranks;
 use crate::run_config::{Run, TaskConfig, same_as_begun};
 use crate::run_folder::{RunFolder, numbered_checkpoints, write_atomic};
 use crate::training::{Learner, Outcome, train};
+use crate::watch::{Watched, Window};
 
 /// A task that can be trained from its settings.
 pub trait Trainable: TaskConfig {
     /// Its environments.
-    type Env: VecEnv;
+    type Env: VecEnv + View;
     /// Widths of an observation and of an action.
     const SHAPE: [usize; 2];
     /// Metrics on the progress line.
@@ -90,7 +93,7 @@ pub enum Start {
     From(PathBuf),
 }
 
-/// Trains in the run's folder until its iterations are made or the user interrupts.
+/// Trains in the run's folder until its iterations are made or the user interrupts; shown through `window`, if there is one.
 ///
 /// # Errors
 /// A setting, a checkpoint or the disk that cannot be used; a learner that broke down.
@@ -99,14 +102,15 @@ pub fn learn<T: Trainable>(
     config: &Run<T>,
     start: &Start,
     interrupt: &Interrupt,
+    window: Option<&Arc<Window>>,
 ) -> Result<Outcome>
 where
     Run<T>: Serialize,
 {
-    learn_together(Box::new(Alone), Some(run), config, start, interrupt)
+    learn_together(Box::new(Alone), Some(run), config, start, interrupt, window)
 }
 
-/// As [`learn`], one of several ranks. Rank 0 alone has the run's folder, and its interrupt alone counts.
+/// As [`learn`], one of several ranks. Rank 0 alone has the run's folder and a window, and its interrupt alone counts.
 ///
 /// # Errors
 /// As [`learn`], on whichever rank: all of them end.
@@ -116,26 +120,33 @@ pub fn learn_together<T: Trainable>(
     config: &Run<T>,
     start: &Start,
     interrupt: &Interrupt,
+    window: Option<&Arc<Window>>,
 ) -> Result<Outcome>
 where
     Run<T>: Serialize,
 {
-    let mut trainer = begin_together(exchange, run, config, start)?;
+    let mut trainer = begin_together(exchange, run, config, start, window)?;
     let Some(run) = run else { return ranks::follow(&mut trainer) };
     let mut leader = ranks::Leader(&mut trainer);
-    let result = train(&mut leader, run, &config.training, T::SHOWN, interrupt);
+    let shown = window.map(Arc::as_ref);
+    let result = train(&mut leader, run, &config.training, T::SHOWN, interrupt, shown);
     leader.end(result)
 }
 
-/// The learner of a run, where it is to begin, its settings written to the run's folder.
+/// The learner of a run, where it is to begin, its settings written to the run's folder; `window` shows its environments.
 ///
 /// # Errors
 /// A setting, a checkpoint or the disk that cannot be used.
-pub fn begin<T: Trainable>(run: &RunFolder, config: &Run<T>, start: &Start) -> Result<Trainer<T::Env>>
+pub fn begin<T: Trainable>(
+    run: &RunFolder,
+    config: &Run<T>,
+    start: &Start,
+    window: Option<&Arc<Window>>,
+) -> Result<Trainer<Watched<T::Env>>>
 where
     Run<T>: Serialize,
 {
-    begin_together(Box::new(Alone), Some(run), config, start)
+    begin_together(Box::new(Alone), Some(run), config, start, window)
 }
 
 /// As [`begin`], one of several ranks.
@@ -144,14 +155,15 @@ fn begin_together<T: Trainable>(
     run: Option<&RunFolder>,
     config: &Run<T>,
     start: &Start,
-) -> Result<Trainer<T::Env>>
+    window: Option<&Arc<Window>>,
+) -> Result<Trainer<Watched<T::Env>>>
 where
     Run<T>: Serialize,
 {
     let settings = &config.training;
     let text = toml::to_string(config).context("cannot write the configuration")?;
     same_on_all(&*exchange, &text)?;
-    let env = exchange.agree(environments(&*exchange, config))?;
+    let env = Watched::new(exchange.agree(environments(&*exchange, config))?, window.cloned());
     let mut trainer = Trainer::with_ranks(config.ppo.clone(), settings.seed, env, exchange)
         .or_bad_input(|| "ppo".into())?;
     let found: Result<Vec<u8>> = run.map_or(Ok(Vec::new()), |run| {
@@ -202,7 +214,7 @@ fn begin_at<E: VecEnv>(trainer: &mut Trainer<E>, found: &[u8]) -> Result<()> {
 
 /// Begins where `start` says, and returns what the other ranks need to do so, too.
 fn find_beginning<T: Trainable>(
-    trainer: &mut Trainer<T::Env>,
+    trainer: &mut Trainer<Watched<T::Env>>,
     run: &RunFolder,
     text: &str,
     start: &Start,

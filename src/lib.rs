@@ -22,5 +22,6 @@ pub mod server;
 pub mod tensorboard;
 pub mod time_to_quality;
 pub mod training;
+pub mod watch;
 
 pub use {evaluation, physics, policy, ppo, robot, spatial, tasks, terrain};

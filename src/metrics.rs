@@ -80,6 +80,15 @@ impl MetricsTable {
             .collect()
     }
 
+    /// All rows, oldest first: the iteration, and the values by name.
+    pub fn rows(&self) -> impl Iterator<Item = (u64, Vec<(String, f64)>)> + '_ {
+        self.rows.iter().filter_map(|row| {
+            let named = self.columns.iter().zip(row).skip(1);
+            let values = named.filter_map(|(name, value)| Some((name.clone(), (*value)?)));
+            Some((row[0]? as u64, values.collect()))
+        })
+    }
+
     fn append_last_row(&self) -> io::Result<()> {
         use io::Write as _;
         let mut file = fs::OpenOptions::new().append(true).open(&self.path)?;
@@ -135,7 +144,9 @@ mod tests {
         let mut resumed = MetricsTable::open(&path, 3).unwrap();
         resumed.append(4, &row(9.0)).unwrap();
         let expected = [(1, 1.0 / 3.0), (2, 2.0 / 3.0), (3, 1.0), (4, 9.0)];
-        assert_eq!(MetricsTable::open(&path, u64::MAX).unwrap().column("reward"), expected);
+        let table = MetricsTable::open(&path, u64::MAX).unwrap();
+        assert_eq!(table.column("reward"), expected);
+        assert!(table.rows().eq(expected.map(|(iteration, value)| (iteration, row(value)))));
         fs::remove_dir_all(folder).unwrap();
     }
 

@@ -18,6 +18,7 @@ use crate::metrics::MetricsTable;
 use crate::progress::{GAP, Progress, short_count};
 use crate::run_folder::{RunFolder, write_atomic};
 use crate::tensorboard::EventWriter;
+use crate::watch::Window;
 
 /// What the loop needs from something that learns by iterations.
 pub trait Learner {
@@ -112,7 +113,7 @@ pub enum Outcome {
 }
 
 /// Trains until `settings.iterations` are made or the user interrupts; always leaves a checkpoint of its last
-/// state. `shown` are the metrics on the progress line.
+/// state. `shown` are the metrics on the progress line; `window` shows all of them to those who watch.
 ///
 /// # Errors
 /// The learner breaks down (the last good checkpoint is named) or the disk refuses.
@@ -122,13 +123,20 @@ pub fn train(
     settings: &TrainingSettings,
     shown: &[&str],
     interrupt: &Interrupt,
+    window: Option<&Window>,
 ) -> Result<Outcome> {
     let first = learner.iteration();
     let mut session = Session::open(run, settings, first)?;
+    if let Some(window) = window {
+        session.log.table.rows().for_each(|(iteration, row)| window.show_row(iteration, &row));
+    }
     let mut progress = Progress::new("iteration", first, settings.iterations);
     let mut message = String::new();
     while learner.iteration() < settings.iterations && !interrupt.requested() {
         let row = session.iterate(learner)?;
+        if let Some(window) = window {
+            window.show_row(learner.iteration(), &row);
+        }
         message = headline(&row, shown);
         progress.update(learner.iteration(), &message);
         if session.is_due() {
@@ -372,7 +380,8 @@ mod tests {
     #[test]
     fn a_finished_run_keeps_the_newest_and_the_best() {
         let run = run("finished");
-        let outcome = train(&mut Counter::new(0), &run, &settings(), &[], &Interrupt::default()).unwrap();
+        let outcome =
+            train(&mut Counter::new(0), &run, &settings(), &[], &Interrupt::default(), None).unwrap();
         assert_eq!(outcome, Outcome::Finished);
         let kept: Vec<u64> = run.checkpoints().unwrap().into_iter().map(|(iteration, _)| iteration).collect();
         assert_eq!(kept, [10, 9, 8]);
@@ -386,9 +395,9 @@ mod tests {
         let mut counter = Counter { interrupt_at: 4, ..Counter::new(0) };
         let interrupt = counter.interrupt.clone();
         let lazy = TrainingSettings { checkpoint_period_s: 1e9, ..settings() };
-        assert_eq!(train(&mut counter, &run, &lazy, &[], &interrupt).unwrap(), Outcome::Interrupted);
+        assert_eq!(train(&mut counter, &run, &lazy, &[], &interrupt, None).unwrap(), Outcome::Interrupted);
         assert_eq!(run.checkpoints().unwrap()[0].0, 4);
-        let outcome = train(&mut Counter::new(4), &run, &lazy, &[], &Interrupt::default()).unwrap();
+        let outcome = train(&mut Counter::new(4), &run, &lazy, &[], &Interrupt::default(), None).unwrap();
         assert_eq!(outcome, Outcome::Finished);
         assert_eq!(column(&run), (1..=10).collect::<Vec<_>>());
     }
@@ -397,7 +406,7 @@ mod tests {
     fn a_broken_learner_is_not_saved_and_the_last_good_checkpoint_is_named() {
         let run = run("broken");
         let mut counter = Counter { broken_at: 7, ..Counter::new(0) };
-        let error = train(&mut counter, &run, &settings(), &[], &Interrupt::default()).unwrap_err();
+        let error = train(&mut counter, &run, &settings(), &[], &Interrupt::default(), None).unwrap_err();
         let message = format!("{error:#}");
         assert!(message.contains("00000006.safetensors") && message.contains("the loss is NaN"), "{message}");
         assert_eq!(run.checkpoints().unwrap()[0].0, 6);

@@ -60,7 +60,14 @@ where
         let begin = |(rank, exchange)| {
             scope.spawn(move || {
                 let run = (rank == 0).then(|| RunFolder::open(root, name).unwrap());
-                learn_together(Box::new(exchange), run.as_ref(), &config(rank), start, &Interrupt::default())
+                learn_together(
+                    Box::new(exchange),
+                    run.as_ref(),
+                    &config(rank),
+                    start,
+                    &Interrupt::default(),
+                    None,
+                )
             })
         };
         let running: Vec<_> = threads(ranks).into_iter().enumerate().map(begin).collect();

@@ -1,9 +1,10 @@
 //! A small HTTP server for one page: fixed files, GET only, nothing read from the disk, nothing but loopback unless told.
 //!
 //! Written over `std` because that is all a page of ten files needs: a request is at most [`MAX_HEAD`] bytes, has no body,
-//! and names a file of a fixed list or nothing.
+//! and names a file of a fixed list, or the window of a training if there is one, or nothing.
 
 pub mod files;
+mod live;
 mod request;
 
 use std::io::{self, Read as _, Write};
@@ -14,6 +15,8 @@ use std::time::Duration;
 
 pub use files::{FILES, File};
 use request::{Refusal, Request};
+
+use crate::watch::Window;
 
 /// Longest head of a request \[bytes\].
 pub const MAX_HEAD: usize = 8192;
@@ -28,7 +31,15 @@ const PATIENCE: Duration = Duration::from_secs(10);
 #[derive(Debug)]
 pub struct Server {
     listener: TcpListener,
+    content: Content,
+}
+
+/// What is served.
+#[derive(Clone, Debug)]
+struct Content {
     files: &'static [File],
+    window: Option<Arc<Window>>,
+    loopback_only: bool,
 }
 
 impl Server {
@@ -37,7 +48,15 @@ impl Server {
     /// # Errors
     /// The address cannot be had.
     pub fn bind(address: SocketAddr, files: &'static [File]) -> io::Result<Self> {
-        Ok(Self { listener: TcpListener::bind(address)?, files })
+        let listener = TcpListener::bind(address)?;
+        let loopback_only = listener.local_addr()?.ip().is_loopback();
+        Ok(Self { listener, content: Content { files, window: None, loopback_only } })
+    }
+
+    /// Serves the window of a training, too.
+    #[must_use]
+    pub fn with_window(self, window: Arc<Window>) -> Self {
+        Self { content: Content { window: Some(window), ..self.content }, ..self }
     }
 
     /// Where it listens.
@@ -49,11 +68,7 @@ impl Server {
     }
 
     /// Serves until the process ends.
-    ///
-    /// # Errors
-    /// The system does not tell the server's own address.
-    pub fn serve(self) -> io::Result<()> {
-        let loopback_only = self.address()?.ip().is_loopback();
+    pub fn serve(self) {
         let open = Arc::new(AtomicUsize::new(0));
         for stream in self.listener.incoming() {
             // A connection that broke before it was taken is no reason to end.
@@ -62,29 +77,34 @@ impl Server {
                 open.fetch_sub(1, Ordering::Relaxed);
                 continue;
             }
-            let (files, open) = (self.files, open.clone());
+            let (content, open) = (self.content.clone(), open.clone());
             std::thread::spawn(move || {
                 // A client that went away needs no answer.
-                let _ = answer(stream, files, loopback_only);
+                let _ = answer(stream, &content);
                 open.fetch_sub(1, Ordering::Relaxed);
             });
         }
-        Ok(())
     }
 }
 
-fn answer(mut stream: TcpStream, files: &[File], loopback_only: bool) -> io::Result<()> {
+fn answer(mut stream: TcpStream, content: &Content) -> io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let request = match Request::read(&mut stream)? {
         Ok(request) => request,
         Err(refusal) => return refuse(&mut stream, refusal),
     };
-    if loopback_only && !request.host.as_deref().is_some_and(is_loopback) {
+    if content.loopback_only && !request.host.as_deref().is_some_and(is_loopback) {
         // A page elsewhere that had its name point here would otherwise read what is served to this machine only.
         return refuse(&mut stream, Refusal { status: "403 Forbidden", reason: "served on loopback only" });
     }
-    match files.iter().find(|file| file.path == request.path) {
+    if let Some(window) = content.window.as_ref().filter(|_| request.path == live::PATH) {
+        return match live::answer(stream.try_clone()?, &request, window)? {
+            Some(refusal) => refuse(&mut stream, refusal),
+            None => Ok(()),
+        };
+    }
+    match content.files.iter().find(|file| file.path == request.path) {
         Some(file) => {
             write!(
                 stream,

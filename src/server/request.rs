@@ -16,6 +16,18 @@ pub(super) struct Request {
     /// HEAD, not GET.
     pub(super) head_only: bool,
     pub(super) host: Option<String>,
+    /// Where the page is from that asks, if a page does.
+    pub(super) origin: Option<String>,
+    pub(super) upgrade: Upgrade,
+}
+
+/// The headers of a request for a WebSocket.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Upgrade {
+    pub(super) protocol: Option<String>,
+    pub(super) connection: Option<String>,
+    pub(super) version: Option<String>,
+    pub(super) key: Option<String>,
 }
 
 /// An answer that is none.
@@ -87,7 +99,19 @@ impl Request {
         if !path.starts_with('/') {
             return refuse("400 Bad Request", "the path must begin with /");
         }
-        Some(Ok(Self { path: path.to_owned(), head_only, host: value("host") }))
+        let upgrade = Upgrade {
+            protocol: value("upgrade"),
+            connection: value("connection"),
+            version: value("sec-websocket-version"),
+            key: value("sec-websocket-key"),
+        };
+        Some(Ok(Self {
+            path: path.to_owned(),
+            head_only,
+            host: value("host"),
+            origin: value("origin"),
+            upgrade,
+        }))
     }
 }
 

@@ -168,7 +168,7 @@ where
         + simulation_operations;
     let settings = config.training.clone();
     let begin = move |run: &RunFolder| -> Result<Box<dyn Learner>> {
-        Ok(Box::new(begin(run, &config, &Start::Resume)?))
+        Ok(Box::new(begin(run, &config, &Start::Resume, None)?))
     };
     Ok(Subject::new(settings, operations, begin, judge))
 }

@@ -7,5 +7,6 @@ pub(crate) mod inspect;
 pub(crate) mod picture;
 pub(crate) mod play;
 pub(crate) mod reproduce;
+mod serving;
 mod situation;
 pub(crate) mod train;

@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         let run = RunFolder::open(root, &format!("{name}-locomotion"))?;
         let config: LocomotionRun = resolve_text("configs/locomotion/flat.toml", FLAT_LOCOMOTION, &[])?;
         eprintln!("1. walking, in {}", run.path().display());
-        if learn(&run, &config, &Start::Resume, &interrupt)? == Outcome::Interrupted {
+        if learn(&run, &config, &Start::Resume, &interrupt, None)? == Outcome::Interrupted {
             return Ok(stopped());
         }
         settings.insert(0, format!("task.locomotion={:?}", run.file("policy.onnx").display().to_string()));
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     config.validate()?;
     let run = RunFolder::open(root, name)?;
     eprintln!("training the supervisor, in {}", run.path().display());
-    if learn(&run, &config, &Start::Resume, &interrupt)? == Outcome::Interrupted {
+    if learn(&run, &config, &Start::Resume, &interrupt, None)? == Outcome::Interrupted {
         return Ok(stopped());
     }
     eprintln!("judging it beside its baselines");

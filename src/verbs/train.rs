@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
@@ -10,10 +12,16 @@ use guidedog::error::BadInput;
 use guidedog::interrupt::Interrupt;
 use guidedog::learner::{Start, Trainable, learn_together};
 use guidedog::machine::use_threads;
-use guidedog::{plots, ranks};
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::training::Outcome;
+use guidedog::watch::{About, Window};
+use guidedog::{plots, ranks};
+
+use super::serving::Serving;
+
+/// How long the end of a training waits for pages to hear of it.
+const GOODBYE: Duration = Duration::from_millis(500);
 
 /// Learns a policy into runs/NAME; stop it at any moment and go on with --resume
 #[derive(Debug, Args)]
@@ -47,12 +55,16 @@ Examples:
   guidedog train locomotion --name flat --set task.terrain=flat --set training.iterations=500
   guidedog train locomotion --name finer --init-from runs/walk --set ppo.desired_kl=0.01
   guidedog train supervisor --name guide --set task.locomotion=runs/walk/policy.onnx
+  guidedog train supervisor --name seen --watch
   guidedog train supervisor --name paper --config configs/supervisor/paper.toml
   mpirun -n 2 guidedog train supervisor --name guide      (docs/cluster.md)
 
 Everything a run leaves is in its folder: config.toml (all settings as used), metrics.csv and TensorBoard events,
 checkpoints/ (the newest few and the best), policy.onnx, and at the end plots.svg. Ctrl-C saves and stops; killed or
-stopped, --resume goes on to the same bits. A loss that is no number, a full disk: it stops and names the last good checkpoint.";
+stopped, --resume goes on to the same bits. A loss that is no number, a full disk: it stops and names the last good checkpoint.
+
+--watch shows robots and curves in a browser while they learn. It only shows: the result is the same to
+the bit, and the page can be closed and opened as often as one likes.";
 
 #[derive(Debug, Subcommand)]
 enum What {
@@ -84,6 +96,11 @@ struct Options {
     /// Threads [default: one a core]
     #[arg(long)]
     threads: Option<usize>,
+    /// Show the robots and the curves in a browser while they learn
+    #[arg(long)]
+    watch: bool,
+    #[command(flatten)]
+    serving: Serving,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
@@ -111,9 +128,26 @@ fn train<T: Trainable>(
     let leads = exchange.rank() == 0;
     let run = leads.then(|| RunFolder::open(root, name)).transpose();
     ranks::tell_when_ended(&interrupt, root.join(name), exchange.rank(), exchange.ranks());
-    let outcome = exchange
-        .agree(run)
-        .and_then(|run| Ok((learn_together(exchange, run.as_ref(), &config, &start, &interrupt)?, run)));
+    let about = About {
+        run: name.into(),
+        task: what.into(),
+        robots: config.training.num_envs,
+        iterations: config.training.iterations,
+        shown: T::SHOWN.iter().map(|&metric| metric.to_owned()).collect(),
+    };
+    let seen = run.and_then(|run| Ok((run, if leads { open_window(options, about)? } else { None })));
+    let outcome = exchange.agree(seen).and_then(|(run, window)| {
+        let outcome = learn_together(exchange, run.as_ref(), &config, &start, &interrupt, window.as_ref());
+        if let Some(window) = window {
+            let how = match &outcome {
+                Ok(Outcome::Finished) => "finished",
+                Ok(Outcome::Interrupted) => "stopped",
+                Err(_) => "failed",
+            };
+            window.end(how, GOODBYE);
+        }
+        Ok((outcome?, run))
+    });
     let (outcome, run) = match outcome {
         // Rank 0 speaks, and answers, for all.
         _ if !leads => return Ok(ExitCode::SUCCESS),
@@ -128,4 +162,19 @@ fn train<T: Trainable>(
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The window of a training that is to be watched, with a server before it.
+fn open_window(options: &Options, about: About) -> Result<Option<Arc<Window>>> {
+    if !options.watch {
+        if options.serving != Serving::usual() {
+            return Err(BadInput::new("--port, --host and --no-open are for --watch").into());
+        }
+        return Ok(None);
+    }
+    let window = Arc::new(Window::new(about));
+    let server = options.serving.bind()?.with_window(window.clone());
+    options.serving.announce(&server, "?watch")?;
+    std::thread::spawn(move || server.serve());
+    Ok(Some(window))
 }

@@ -4,7 +4,7 @@ import { type Description, GROUNDS, type Ground, MINDS, type Mind, type Settings
 import { find, make } from "./dom.ts";
 
 /** Names of the supervisors to people. */
-const MIND_NAMES: Record<Mind, string> = {
+export const MIND_NAMES: Record<Mind, string> = {
   learned: "learned network",
   rules: "rules: Table II",
   dominance: "dominance rule",

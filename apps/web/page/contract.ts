@@ -32,11 +32,19 @@ export type Field =
   | "observed_force"
   | "behavior"
   | "heading_drift"
-  | "fallen";
+  | "fallen"
+  | "base_force";
+
+/** Where the numbers of a frame are; a training's frames have other fields than the module's. */
+export interface Layout {
+  header: number;
+  row: number;
+  fields: Partial<Record<Field, number>>;
+}
 
 /** What the module says of itself: see `description.rs`. */
 export interface Description {
-  frame: { header: number; row: number; fields: Record<Field, number> };
+  frame: Layout;
   control_period_s: number;
   physics_rate_hz: number;
   joints: { name: string; parent: number; origin: Vector; axis: Vector }[];

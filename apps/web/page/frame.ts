@@ -1,15 +1,15 @@
 // One moment of all robots, read from the numbers of the module without copying them.
 
-import type { Description, Field, Vector } from "./contract.ts";
+import type { Field, Layout, Vector } from "./contract.ts";
 
 export class Frame {
   constructor(
-    private readonly layout: Description["frame"],
+    private readonly layout: Layout,
     private readonly numbers: Float32Array,
   ) {}
 
   /** The frames of a message, in order. */
-  static all(layout: Description["frame"], numbers: Float32Array, count: number): Frame[] {
+  static all(layout: Layout, numbers: Float32Array, count: number): Frame[] {
     const length = numbers.length / count;
     return Array.from({ length: count }, (_, i) => new Frame(layout, numbers.subarray(i * length, (i + 1) * length)));
   }
@@ -33,7 +33,7 @@ export class Frame {
 
   /** `width` numbers of a field of a robot. */
   field(robot: number, name: Field, width: number): Float32Array {
-    const start = this.layout.header + robot * this.layout.row + this.layout.fields[name];
+    const start = this.layout.header + robot * this.layout.row + this.layout.fields[name]!;
     return this.numbers.subarray(start, start + width);
   }
 
@@ -41,9 +41,17 @@ export class Frame {
     return this.field(robot, name, 1)[0]!;
   }
 
-  vector(robot: number, name: "position" | "command" | "velocity" | "observed_force"): Vector {
+  vector(robot: number, name: "position" | "command" | "velocity" | "observed_force" | "base_force"): Vector {
     const [x, y, z] = this.field(robot, name, 3);
     return [x!, y!, z!];
+  }
+
+  /** The same moment, but one robot as it is in another frame. */
+  withRobotOf(robot: number, other: Frame): Frame {
+    const numbers = this.numbers.slice();
+    const start = this.layout.header + robot * this.layout.row;
+    numbers.set(other.numbers.subarray(start, start + this.layout.row), start);
+    return new Frame(this.layout, numbers);
   }
 
   /** Heading: yaw of the base's x axis [rad]. */

@@ -1,4 +1,4 @@
-// Dragging: near the handle it pulls, elsewhere it turns the camera; the wheel goes nearer.
+// Dragging: near a handle it pulls, elsewhere it turns the camera; the wheel goes nearer.
 
 import { Plane as GeometryPlane, Raycaster, Vector2, Vector3 } from "three";
 
@@ -10,24 +10,29 @@ const REACH_PX = { mouse: 26, touch: 44 };
 /** Pull for a meter the pointer is away from where it took the handle [N/m]. */
 const NEWTONS_PER_METER = 130;
 
-export function bindGrab(stage: Stage, pull: Pull, heading: () => number, keeps: () => boolean): void {
+export function bindGrab(stage: Stage, pull: Pull | null, heading: (lane: number) => number, keeps: () => boolean): void {
   const { canvas, orbit } = stage;
   const raycaster = new Raycaster();
   const level = new GeometryPlane();
   let taken = false;
   let turning: { x: number; y: number } | null = null;
   let held: Vector3 | null = null;
+  /** The lane whose handle is taken. */
+  let lane = 0;
 
   const near = (event: PointerEvent) => {
-    const [x, y] = stage.project(stage.robots.handle);
+    if (!pull) return false;
+    const { rig, rect } = stage.lane(stage.laneAt(event.clientX, event.clientY));
+    const p = stage.robots.handles[stage.laneAt(event.clientX, event.clientY)]!.clone().project(rig.camera);
+    const [x, y] = [rect.left + ((p.x + 1) / 2) * rect.width, rect.top + ((1 - p.y) / 2) * rect.height];
     return Math.hypot(event.clientX - x, event.clientY - y) < (event.pointerType === "touch" ? REACH_PX.touch : REACH_PX.mouse);
   };
   /** The point under the pointer on a level plane through the handle. */
   const under = (event: PointerEvent): Vector3 | null => {
-    const rect = canvas.getBoundingClientRect();
+    const { rig, rect } = stage.lane(lane);
     const spot = new Vector2(((event.clientX - rect.left) / rect.width) * 2 - 1, 1 - ((event.clientY - rect.top) / rect.height) * 2);
-    raycaster.setFromCamera(spot, stage.camera);
-    level.setFromNormalAndCoplanarPoint(new Vector3(0, 0, 1), stage.robots.handle);
+    raycaster.setFromCamera(spot, rig.camera);
+    level.setFromNormalAndCoplanarPoint(new Vector3(0, 0, 1), stage.robots.handles[lane]!);
     return raycaster.ray.intersectPlane(level, new Vector3());
   };
 
@@ -35,19 +40,20 @@ export function bindGrab(stage: Stage, pull: Pull, heading: () => number, keeps:
     canvas.setPointerCapture(event.pointerId);
     taken = near(event);
     if (taken) {
+      lane = stage.laneAt(event.clientX, event.clientY);
       const point = under(event);
-      held = point?.sub(stage.robots.handle) ?? null;
+      held = point?.sub(stage.robots.handles[lane]!) ?? null;
     } else {
       turning = { x: event.clientX, y: event.clientY };
     }
     canvas.classList.toggle("pulling", taken);
   });
   canvas.addEventListener("pointermove", (event) => {
-    if (taken && held) {
+    if (taken && held && pull) {
       const point = under(event);
       if (!point) return;
-      const away = point.sub(stage.robots.handle).sub(held).multiplyScalar(NEWTONS_PER_METER);
-      const [sin, cos] = [Math.sin(heading()), Math.cos(heading())];
+      const away = point.sub(stage.robots.handles[lane]!).sub(held).multiplyScalar(NEWTONS_PER_METER);
+      const [sin, cos] = [Math.sin(heading(lane)), Math.cos(heading(lane))];
       pull.set([cos * away.x + sin * away.y, cos * away.y - sin * away.x, pull.force[2]], "handle");
     } else if (turning) {
       orbit.around -= (event.clientX - turning.x) * 0.007;
@@ -58,7 +64,7 @@ export function bindGrab(stage: Stage, pull: Pull, heading: () => number, keeps:
     }
   });
   const end = () => {
-    if (taken && !keeps()) pull.release("handle");
+    if (taken && !keeps()) pull?.release("handle");
     taken = false;
     turning = null;
     canvas.classList.remove("pulling");

@@ -1,6 +1,6 @@
 // The handler: a simple figure that walks beside the hand it holds the bar with. Nobody simulates it; it shows whose hand pulls.
 
-import { CapsuleGeometry, Color, Group, Mesh, MeshStandardMaterial, SphereGeometry, Vector3 } from "three";
+import { BoxGeometry, CapsuleGeometry, Color, Group, Mesh, MeshStandardMaterial, SphereGeometry, Vector3 } from "three";
 
 const LEG = 0.86;
 const HIP_HEIGHT = 0.92;
@@ -19,8 +19,8 @@ export class Handler {
   private walked = 0;
   private pace = 0;
 
-  constructor() {
-    const cloth = new MeshStandardMaterial({ color: new Color(0x2f5d8a), roughness: 0.9 });
+  constructor(shirt: number) {
+    const cloth = new MeshStandardMaterial({ color: new Color(shirt), roughness: 0.9 });
     const trousers = new MeshStandardMaterial({ color: new Color(0x39424e), roughness: 0.9 });
     const skin = new MeshStandardMaterial({ color: new Color(0xc99372), roughness: 0.8 });
     const capsule = (radius: number, length: number, material: MeshStandardMaterial) => {
@@ -29,17 +29,24 @@ export class Handler {
       mesh.castShadow = true;
       return mesh;
     };
+    const shoes = new MeshStandardMaterial({ color: new Color(0x1d2126), roughness: 0.7 });
     const torso = capsule(0.17, 0.36, cloth);
     torso.position.z = 1.2;
     const head = new Mesh(new SphereGeometry(0.115, 18, 14), skin);
     head.position.z = 1.66;
     head.castShadow = true;
-    this.group.add(torso, head);
+    const hair = new Mesh(new SphereGeometry(0.122, 18, 10, 0, 2 * Math.PI, 0, 0.55 * Math.PI), shoes);
+    hair.rotation.set(Math.PI / 2, 0, 0);
+    hair.position.set(-0.014, 0, 1.672);
+    this.group.add(torso, head, hair);
     for (const side of [1, -1]) {
       const leg = new Group();
       const limb = capsule(0.075, LEG - 0.15, trousers);
       limb.position.z = -LEG / 2;
-      leg.add(limb);
+      const shoe = new Mesh(new BoxGeometry(0.26, 0.1, 0.08), shoes);
+      shoe.position.set(0.05, 0, -LEG + 0.02);
+      shoe.castShadow = true;
+      leg.add(limb, shoe);
       leg.position.set(0, 0.1 * side, HIP_HEIGHT);
       this.legs.push(leg);
       this.group.add(leg);

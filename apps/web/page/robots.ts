@@ -17,8 +17,8 @@ export class Robots {
   private readonly kinematics: Kinematics;
   private readonly onBase = { bar: new Matrix4(), hand: new Matrix4() };
   private readonly pose = new Matrix4();
-  /** Place of robot 0's hand in the world, as last drawn [m]. */
-  readonly handle = new Vector3();
+  /** Places of the robots' hands in the world, as last drawn [m]. */
+  readonly handles: Vector3[];
 
   constructor(private readonly description: Description) {
     this.kinematics = new Kinematics(description.joints);
@@ -31,6 +31,7 @@ export class Robots {
       return mesh;
     };
     const most = description.max_herd;
+    this.handles = Array.from({ length: most }, () => new Vector3());
     this.links = linkShapes(description).map((shape) => many(new InstancedMesh(shape, body, most)));
     const steel = new MeshStandardMaterial({ color: new Color(0xe6e9ee), roughness: 0.3, metalness: 0.6 });
     const grip = new MeshStandardMaterial({ color: new Color(0xffb000), roughness: 0.6 });
@@ -60,7 +61,7 @@ export class Robots {
       const base = this.kinematics.links[0]!;
       this.bar.setMatrixAt(robot, this.pose.multiplyMatrices(base, this.onBase.bar));
       this.hand.setMatrixAt(robot, this.pose.multiplyMatrices(base, this.onBase.hand));
-      if (robot === 0) this.handle.setFromMatrixPosition(this.pose);
+      this.handles[robot]!.setFromMatrixPosition(this.pose);
     }
     for (const mesh of [...this.links, this.bar, this.hand]) {
       mesh.count = b.robots;
@@ -68,9 +69,12 @@ export class Robots {
     }
   }
 
-  /** Where the hand of a robot is, in the world, at a frame [m]. */
-  handAt(frame: Frame, robot: number, out: Vector3): Vector3 {
-    this.kinematics.update(frame, frame, robot, 0);
-    return out.setFromMatrixPosition(this.pose.multiplyMatrices(this.kinematics.links[0]!, this.onBase.hand));
+  /** Draws one robot alone, until the next update: those before it must have had their turn. */
+  showOnly(robot: number): void {
+    for (const mesh of [...this.links, this.bar, this.hand]) {
+      mesh.instanceMatrix.array.copyWithin(0, 16 * robot, 16 * (robot + 1));
+      mesh.count = 1;
+      mesh.instanceMatrix.needsUpdate = true;
+    }
   }
 }

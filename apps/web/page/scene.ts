@@ -1,4 +1,4 @@
-// The picture: light, ground, robots, handler, force arrows, path traces, cameras.
+// The picture: light, ground, robots, handlers, force arrows, path traces; one camera for each lane.
 
 import {
   ACESFilmicToneMapping,
@@ -10,22 +10,19 @@ import {
   HemisphereLight,
   Line,
   LineBasicMaterial,
-  Mesh,
-  MeshStandardMaterial,
   PCFShadowMap,
-  PerspectiveCamera,
   Scene,
   Vector3,
   WebGLRenderer,
 } from "three";
 
-import { Arrow } from "./arrow.ts";
-import type { Description, Settings } from "./contract.ts";
+import { Arrows } from "./arrows.ts";
+import type { Description, Settings, Vector } from "./contract.ts";
 import type { Frame } from "./frame.ts";
+import { Ground } from "./ground.ts";
 import { Handler } from "./handler.ts";
+import { type Orbit, Rig, type View } from "./rig.ts";
 import { Robots } from "./robots.ts";
-
-export type View = "follow" | "side" | "top";
 
 /** A picture may take this long [ms] before the next is drawn coarser, and less than this before it is drawn finer. */
 const SLOW_MS = 45;
@@ -34,27 +31,36 @@ const QUICK_MS = 20;
 const COARSEST = 0.5;
 const FINEST = 2;
 
-const SKY = new Color(0xcfdbe6);
+/** The air at the horizon; the sky above is a gradient of the style sheet behind the picture. */
+const HAZE = new Color(0xdde7ee);
+const PULL_COLOR = 0xd4006a;
+const PUSH_COLOR = 0xb35900;
 const TRACE_COLORS = [0x0057b8, 0xb34700];
 const TRACE_POINTS = 3000;
 
+export interface Drawing {
+  traces: boolean;
+  /** Time stands still: the picture is drawn finely, once. */
+  still: boolean;
+  /** Each robot has its own forces, instead of the one pull of the frame. */
+  ownForces?: boolean;
+}
+
 export class Stage {
-  readonly camera = new PerspectiveCamera(45, 1, 0.05, 120);
   readonly robots: Robots;
   readonly canvas: HTMLCanvasElement;
+  readonly orbit: Orbit = { around: 0, up: 0, distance: 1 };
+  readonly ground = new Ground();
   view: View = "follow";
-  /** Camera beside what it follows: angle around [rad], height angle [rad], distance [m]; moved by the visitor. */
-  readonly orbit = { around: 0, up: 0, distance: 1 };
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
-  private readonly sun = new DirectionalLight(0xffffff, 2.6);
-  private readonly ground: Mesh<BufferGeometry, MeshStandardMaterial>;
-  private readonly handler = new Handler();
-  private readonly arrow = new Arrow(0xd4006a);
+  private readonly sun = new DirectionalLight(0xfff4e2, 2.9);
+  private readonly handlers = [new Handler(0x2f5d8a), new Handler(0x8a4b2f)];
+  private readonly pulls: Arrows;
+  private readonly pushes: Arrows;
   private readonly traces: { line: Line; count: number; last: Vector3 }[];
-  private readonly focus = new Vector3();
-  private heading = 0;
-  private settled = false;
+  private rigs = [new Rig()];
+  private withHandlers = true;
   /** Without a graphics processor every pixel costs: shadows and smooth edges are left out. */
   private readonly inSoftware: boolean;
   private ratio: number;
@@ -65,27 +71,24 @@ export class Stage {
   constructor(private readonly host: HTMLElement, description: Description) {
     this.inSoftware = drawsInSoftware();
     this.ratio = this.inSoftware ? 0.75 : Math.min(window.devicePixelRatio, FINEST);
-    this.renderer = new WebGLRenderer({ antialias: !this.inSoftware });
+    this.renderer = new WebGLRenderer({ antialias: !this.inSoftware, alpha: true });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.toneMapping = ACESFilmicToneMapping;
+    this.renderer.setScissorTest(true);
     this.canvas = this.renderer.domElement;
     host.append(this.canvas);
-    this.camera.up.set(0, 0, 1);
-    this.scene.background = SKY;
-    this.scene.fog = new Fog(SKY, 14, 30);
-    this.scene.add(new HemisphereLight(0xf2f7ff, 0x8d8d80, 2.3));
+    this.scene.fog = new Fog(HAZE, 9, 15);
+    this.scene.add(new HemisphereLight(0xe9f3ff, 0x8f8a7c, 2.1));
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.setScalar(this.inSoftware ? 512 : 1024);
-    const reach = 4;
-    Object.assign(this.sun.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: 1, far: 20 });
+    this.sun.shadow.mapSize.setScalar(this.inSoftware ? 512 : 2048);
     this.sun.shadow.normalBias = 0.02;
     this.scene.add(this.sun, this.sun.target);
-    this.ground = new Mesh(new BufferGeometry(), groundMaterial());
-    this.ground.receiveShadow = true;
-    this.ground.frustumCulled = false;
     this.robots = new Robots(description);
-    this.scene.add(this.ground, this.robots.group, this.handler.group, this.arrow.group);
+    this.pulls = new Arrows(PULL_COLOR, description.max_herd);
+    this.pushes = new Arrows(PUSH_COLOR, description.max_herd);
+    this.scene.add(this.ground.mesh, this.robots.group, this.pulls.group, this.pushes.group);
+    for (const handler of this.handlers) this.scene.add(handler.group);
     this.traces = TRACE_COLORS.map((color) => {
       const geometry = new BufferGeometry();
       geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * TRACE_POINTS), 3));
@@ -94,22 +97,31 @@ export class Stage {
       this.scene.add(line);
       return { line, count: 0, last: new Vector3(Infinity, 0, 0) };
     });
+    this.configure(description.defaults);
     new ResizeObserver(() => this.resize()).observe(host);
+  }
+
+  /** One dog, two beside each other with a camera each, or a herd. */
+  configure(settings: Settings): void {
+    this.robots.configure(settings);
+    const herd = settings.robots > 1;
+    this.withHandlers = !herd;
+    this.rigs = settings.minds.map(() => new Rig());
+    this.reach(herd ? 14 : 3.5);
+    this.orbit.distance = herd ? 2.5 : 1;
+    this.clearTraces();
     this.resize();
   }
 
-  configure(settings: Settings): void {
-    this.robots.configure(settings);
-    this.handler.group.visible = settings.robots === 1;
-    const reach = settings.robots > 1 ? 14 : 4;
-    Object.assign(this.sun.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach });
+  /** Half the width of what casts shadows, and how far it can be seen [m]. */
+  private reach(meters: number): void {
+    Object.assign(this.sun.shadow.camera, { left: -meters, right: meters, top: meters, bottom: -meters, near: 1, far: 24 });
     this.sun.shadow.camera.updateProjectionMatrix();
-    this.orbit.distance = settings.robots > 1 ? 2.5 : 1;
-    this.clearTraces();
+    Object.assign(this.scene.fog!, meters > 10 ? { near: 13, far: 23 } : { near: 8, far: 14 });
   }
 
   clearTraces(): void {
-    this.settled = false;
+    for (const rig of this.rigs) rig.jump();
     for (const trace of this.traces) {
       trace.count = 0;
       trace.last.x = Infinity;
@@ -117,30 +129,50 @@ export class Stage {
     }
   }
 
-  setGround(triangles: Float32Array): void {
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(triangles, 3));
-    geometry.computeVertexNormals();
-    this.ground.geometry.dispose();
-    this.ground.geometry = geometry;
-  }
-
-  /** Draws the moment at `share` of the way from `a` to `b`; `seconds` since the picture before, while time stands `still` finely. */
-  draw(a: Frame, b: Frame, share: number, seconds: number, options: { traces: boolean; still: boolean }): void {
+  /** Draws the moment at `share` of the way from `a` to `b`; `seconds` since the picture before. */
+  draw(a: Frame, b: Frame, share: number, seconds: number, options: Drawing): void {
     if (options.still && this.alreadyDrawn(b)) return;
     if (options.still) this.sharpen();
     this.robots.update(a, b, share);
-    const base = new Vector3(...b.vector(0, "position"));
-    const yaw = b.yaw(0);
+    this.drawForces(b, 0, b.robots, options.ownForces ?? false);
     this.trace(b, options.traces);
-    const standing = base.z - 0.55;
-    if (this.handler.group.visible) this.handler.update(this.robots.handle, yaw, standing, seconds);
-    const [x, y, z] = b.force;
-    const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
-    this.arrow.update(this.robots.handle, new Vector3(cos * x - sin * y, sin * x + cos * y, z));
-    this.placeCamera(base, yaw, seconds);
-    this.renderer.render(this.scene, this.camera);
+    const { clientWidth: width, clientHeight: height } = this.host;
+    this.rigs.forEach((rig, lane) => {
+      if (lane >= b.robots) return;
+      // In a lane of two only its own dog is seen: the other walks where this one would be in the way.
+      if (this.rigs.length > 1) {
+        this.robots.showOnly(lane);
+        this.drawForces(b, lane, lane + 1, false);
+      }
+      this.handlers.forEach((handler, i) => (handler.group.visible = this.withHandlers && i === lane));
+      if (this.withHandlers) {
+        const standing = b.vector(lane, "position")[2] - 0.55;
+        this.handlers[lane]!.update(this.robots.handles[lane]!, b.yaw(lane), standing, seconds);
+      }
+      rig.place(new Vector3(...b.vector(lane, "position")), b.yaw(lane), seconds, this.view, this.orbit);
+      this.sun.position.set(rig.focus.x - 3.5, rig.focus.y + 4.5, rig.focus.z + 8);
+      this.sun.target.position.copy(rig.focus);
+      const { left, bottom, width: w, height: h } = rig.part;
+      const part = [left * width, bottom * height, w * width, h * height] as const;
+      this.renderer.setViewport(...part);
+      this.renderer.setScissor(...part);
+      this.renderer.render(this.scene, rig.camera);
+    });
     if (!options.still) this.adapt(seconds);
+  }
+
+  private drawForces(frame: Frame, from: number, to: number, own: boolean): void {
+    this.pulls.clear();
+    this.pushes.clear();
+    const base = new Vector3();
+    for (let robot = from; robot < to; robot++) {
+      const yaw = frame.yaw(robot);
+      const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
+      const inWorld = ([x, y, z]: Vector) => new Vector3(cos * x - sin * y, sin * x + cos * y, z);
+      const pull = own ? frame.vector(robot, "observed_force") : frame.force;
+      this.pulls.add(this.robots.handles[robot]!, inWorld(pull));
+      if (own) this.pushes.add(base.set(...frame.vector(robot, "position")), inWorld(frame.vector(robot, "base_force")));
+    }
   }
 
   /** Whether the picture of a moment at which time stands still is the one that is shown, finely. */
@@ -171,37 +203,21 @@ export class Stage {
     this.resize();
   }
 
-  /** Where a point of the world is on the canvas, in pixels of the page. */
-  project(point: Vector3): [number, number] {
-    const p = point.clone().project(this.camera);
+  /** The lane a point of the page is in. */
+  laneAt(clientX: number, clientY: number): number {
     const rect = this.canvas.getBoundingClientRect();
-    return [rect.left + ((p.x + 1) / 2) * rect.width, rect.top + ((1 - p.y) / 2) * rect.height];
+    const [x, y] = [(clientX - rect.left) / rect.width, 1 - (clientY - rect.top) / rect.height];
+    const inside = ({ part: { left, bottom, width, height } }: Rig) => x >= left && x < left + width && y >= bottom && y < bottom + height;
+    return Math.max(this.rigs.findIndex(inside), 0);
   }
 
-  private placeCamera(base: Vector3, yaw: number, seconds: number): void {
-    const follow = this.settled ? 1 - Math.exp(-4 * seconds) : 1;
-    this.settled = true;
-    // Looking at the middle of dog and handler.
-    const middle = new Vector3(base.x - 0.55 * Math.cos(yaw), base.y - 0.55 * Math.sin(yaw), base.z);
-    this.focus.lerp(middle, follow);
-    const turn = Math.atan2(Math.sin(yaw - this.heading), Math.cos(yaw - this.heading));
-    this.heading += turn * (this.view !== "follow" ? 0 : follow < 1 ? 1 - Math.exp(-1.5 * seconds) : 1);
-    const { around, up, distance } = this.orbit;
-    const place = {
-      follow: [this.heading + Math.PI - 0.95 + around, 0.3 + up, 4.2 * distance],
-      side: [-Math.PI / 2 + around, 0.16 + up, 4.6 * distance],
-      top: [-Math.PI / 2 + around, Math.PI / 2 - 0.02 + Math.min(up, 0), 6.5 * distance],
-    }[this.view] as [number, number, number];
-    const [azimuth, elevation, far] = place;
-    const lift = Math.max(0.04, Math.min(Math.PI / 2 - 0.02, elevation));
-    this.camera.position.set(
-      this.focus.x + far * Math.cos(lift) * Math.cos(azimuth),
-      this.focus.y + far * Math.cos(lift) * Math.sin(azimuth),
-      this.focus.z + 0.1 + far * Math.sin(lift),
-    );
-    this.camera.lookAt(this.focus.x, this.focus.y, this.focus.z + 0.05);
-    this.sun.position.set(this.focus.x - 3, this.focus.y + 4, this.focus.z + 8);
-    this.sun.target.position.copy(this.focus);
+  /** A lane's camera, and the part of the page it fills. */
+  lane(index: number): { rig: Rig; rect: DOMRect } {
+    const rig = this.rigs[Math.min(index, this.rigs.length - 1)]!;
+    const all = this.canvas.getBoundingClientRect();
+    const { left, bottom, width, height } = rig.part;
+    const top = all.top + (1 - bottom - height) * all.height;
+    return { rig, rect: new DOMRect(all.left + left * all.width, top, width * all.width, height * all.height) };
   }
 
   private trace(frame: Frame, show: boolean): void {
@@ -228,9 +244,15 @@ export class Stage {
     if (width === 0 || height === 0) return;
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.fov = width < height ? 58 : 42;
-    this.camera.updateProjectionMatrix();
+    const beside = width >= height;
+    this.host.parentElement!.classList.toggle("stacked", !beside);
+    const share = 1 / this.rigs.length;
+    this.rigs.forEach((rig, lane) => {
+      rig.part = beside
+        ? { left: lane * share, bottom: 0, width: share, height: 1 }
+        : { left: 0, bottom: 1 - (lane + 1) * share, width: 1, height: share };
+      rig.resize(width, height);
+    });
   }
 }
 
@@ -242,24 +264,4 @@ function drawsInSoftware(): boolean {
   const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   gl.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
-}
-
-/** Concrete with a line every meter, drawn from the place in the world: no picture has to be loaded. */
-function groundMaterial(): MeshStandardMaterial {
-  const material = new MeshStandardMaterial({ color: 0xa9b0a4, roughness: 0.95 });
-  material.onBeforeCompile = (shader) => {
-    shader.vertexShader = shader.vertexShader
-      .replace("#include <common>", "#include <common>\nvarying vec3 vPlace;")
-      .replace("#include <begin_vertex>", "#include <begin_vertex>\nvPlace = position;");
-    shader.fragmentShader = shader.fragmentShader
-      .replace("#include <common>", "#include <common>\nvarying vec3 vPlace;")
-      .replace(
-        "#include <color_fragment>",
-        `#include <color_fragment>
-         vec2 off = abs(fract(vPlace.xy - 0.5) - 0.5) / max(fwidth(vPlace.xy), vec2(0.012));
-         diffuseColor.rgb *= mix(0.8, 1.0, smoothstep(0.5, 1.5, min(off.x, off.y)));
-         diffuseColor.rgb *= 1.0 + 0.35 * clamp(vPlace.z, -0.5, 0.5);`,
-      );
-  };
-  return material;
 }

@@ -1,6 +1,7 @@
 // What the dog understands, in figures and in words.
 
-import type { Description, Mind } from "./contract.ts";
+import type { Description, Mind, Vector } from "./contract.ts";
+import { MIND_NAMES } from "./choices.ts";
 import { find, make } from "./dom.ts";
 import type { Frame } from "./frame.ts";
 import { inWords } from "./pull.ts";
@@ -9,38 +10,57 @@ import { inWords } from "./pull.ts";
 const FIGURES_MS = 100;
 /** A behavior is announced when it has lasted this long [s]. */
 const SETTLED_S = 0.4;
-const SPEEDS = [
+export const SPEEDS = [
   { name: "ahead, m/s", most: 1.2 },
   { name: "left, m/s", most: 0.4 },
   { name: "turn, rad/s", most: 1.5 },
 ];
 const DOES: Record<string, string> = { walk: "walks", stop: "stands", turn: "walks and turns", spin: "turns on the spot" };
 
+export interface SpeedRow {
+  commanded: HTMLElement;
+  actual: HTMLElement;
+  bars: SVGElement[];
+}
+
 export class Telling {
   private readonly live = find("live");
   private readonly labels = find("labels");
-  private readonly rows: { commanded: HTMLElement; actual: HTMLElement; bars: SVGElement[] }[];
+  /** Rows of the table of speeds, for each lane. */
+  private rows: SpeedRow[][] = [];
   private shownAt = 0;
   private told = { words: "", since: 0 };
   private minds: readonly Mind[] = ["learned"];
 
   /** `announce` is told the words of each change. */
   constructor(private readonly description: Description, private readonly announce: (words: string, behavior: string) => void) {
-    const body = find("speeds").querySelector("tbody")!;
-    this.rows = SPEEDS.map(({ name }) => {
-      const row = make("tr");
-      const head = make("th", name);
-      head.scope = "row";
-      const [commanded, actual, picture] = [make("td", "", "number"), make("td", "", "number"), make("td")];
-      picture.innerHTML = `<svg viewBox="-50 0 100 14" aria-hidden="true"><line x1="0" x2="0" y1="0" y2="14" stroke="#5b6874" stroke-width="0.5"/><rect y="2" height="4" fill="#6b7a88"/><rect y="8" height="4" fill="#0050a8"/></svg>`;
-      row.append(head, commanded, actual, picture);
-      body.append(row);
-      return { commanded, actual, bars: [...picture.querySelectorAll("rect")] };
-    });
+    this.configure(["learned"]);
   }
 
+  /** A lane for each mind; two have a table of speeds and a sign in the picture each. */
   configure(minds: readonly Mind[]): void {
     this.minds = minds;
+    const table = find("speeds");
+    for (const body of table.querySelectorAll("tbody")) body.remove();
+    this.rows = minds.map((mind) => {
+      const body = make("tbody");
+      table.append(body);
+      if (minds.length > 1) {
+        const head = make("th", MIND_NAMES[mind], "mind");
+        Object.assign(head, { scope: "rowgroup", colSpan: 4 });
+        const row = make("tr");
+        row.append(head);
+        body.append(row);
+      }
+      return SPEEDS.map(({ name }) => speedRow(body, name));
+    });
+    const lanes = find("lanes");
+    lanes.hidden = minds.length < 2;
+    lanes.replaceChildren(...minds.map((mind) => {
+      const sign = make("div");
+      sign.append(make("strong", MIND_NAMES[mind]), make("span"));
+      return sign;
+    }));
   }
 
   update(frame: Frame): void {
@@ -101,7 +121,7 @@ export class Telling {
         const who = frame.robots === 1 ? "The dog" : `The dog (${this.minds[robot]})`;
         rows.push([`${who} does`, fallen ? "fallen" : behavior, fallen ? "stop" : behavior]);
         const drift = (frame.value(robot, "heading_drift") * 180) / Math.PI;
-        rows.push(["Heading drift", `${drift.toFixed(1)}° since the pull changed, 10 s at most`, ""]);
+        rows.push(["Heading drift in 10 s", `${drift.toFixed(1)}°`, ""]);
       }
     } else {
       const counts = this.description.behaviors.map(() => 0);
@@ -111,17 +131,41 @@ export class Telling {
     this.labels.replaceChildren(
       ...rows.flatMap(([term, value, behavior]) => [make("dt", term), make("dd", value, behavior ? `behavior ${behavior}` : "")]),
     );
-    const [command, velocity] = [frame.vector(0, "command"), frame.vector(0, "velocity")];
-    this.rows.forEach(({ commanded, actual, bars }, i) => {
-      commanded.textContent = command[i]!.toFixed(2);
-      actual.textContent = velocity[i]!.toFixed(2);
-      // Left on the page is left of the dog.
-      const sign = i === 0 ? 1 : -1;
-      [command[i]!, velocity[i]!].forEach((value, bar) => {
-        const end = Math.max(-50, Math.min(50, (50 * sign * value) / SPEEDS[i]!.most));
-        bars[bar]!.setAttribute("x", String(Math.min(0, end)));
-        bars[bar]!.setAttribute("width", String(Math.abs(end)));
+    this.rows.slice(0, frame.robots).forEach((rows, robot) => showSpeeds(rows, frame.vector(robot, "command"), frame.vector(robot, "velocity")));
+    if (this.minds.length > 1) {
+      [...find("lanes").querySelectorAll("span")].slice(0, frame.robots).forEach((sign, robot) => {
+        const fallen = frame.value(robot, "fallen") > 0;
+        const behavior = this.name(frame.value(robot, "behavior"));
+        sign.textContent = fallen ? "fallen" : behavior;
+        sign.className = `behavior ${fallen ? "stop" : behavior}`;
       });
-    });
+    }
   }
+}
+
+export function speedRow(body: HTMLElement, name: string): SpeedRow {
+  const row = make("tr");
+  const head = make("th", name);
+  head.scope = "row";
+  const [commanded, actual, picture] = [make("td", "", "number"), make("td", "", "number"), make("td")];
+  picture.innerHTML = `<svg viewBox="-50 0 100 14" aria-hidden="true"><line x1="0" x2="0" y1="0" y2="14" stroke="#5b6874" stroke-width="0.5"/><rect y="2" height="4" fill="#6b7a88"/><rect y="8" height="4" fill="#0050a8"/></svg>`;
+  row.append(head, commanded, actual, picture);
+  body.append(row);
+  return { commanded, actual, bars: [...picture.querySelectorAll("rect")] };
+}
+
+export function showSpeeds(rows: SpeedRow[], command: Vector, velocity: Vector): void {
+  rows.forEach(({ commanded, actual, bars }, i) => {
+    // Adding zero takes the sign from what rounds to it.
+    const figure = (value: number) => (Math.round(100 * value) / 100 + 0).toFixed(2);
+    commanded.textContent = figure(command[i]!);
+    actual.textContent = figure(velocity[i]!);
+    // Left on the page is left of the dog.
+    const sign = i === 0 ? 1 : -1;
+    [command[i]!, velocity[i]!].forEach((value, bar) => {
+      const end = Math.max(-50, Math.min(50, (50 * sign * value) / SPEEDS[i]!.most));
+      bars[bar]!.setAttribute("x", String(Math.min(0, end)));
+      bars[bar]!.setAttribute("width", String(Math.abs(end)));
+    });
+  });
 }

@@ -6,13 +6,11 @@
 #[cfg(target_arch = "wasm32")]
 mod boundary;
 mod description;
-mod ground;
 mod page;
 mod reading;
 mod session;
 mod settings;
 
-pub use ground::patch;
 pub use page::{Network, Page};
 pub use reading::{HEADING_WINDOW_S, Reading};
 pub use session::{FORCE_HIGH, FORCE_LOW, FRAME_HEADER, ROBOT_FIELDS, Session, row_width};

@@ -2,8 +2,9 @@
 
 use policy::{layout, read_onnx};
 use tasks::guidance::{LocomotionPolicy, SupervisorPolicy};
+use terrain::triangles::patch;
 
-use crate::{description::describe, ground::patch, session::Session, settings::Settings};
+use crate::{description::describe, session::Session, settings::Settings};
 
 /// Half the width of the ground that is drawn \[m\].
 const DRAWN_M: f32 = 14.0;

@@ -1,8 +1,13 @@
 // The real page in a real browser: `apps/web/tests/browser.sh` starts the program and this.
 //
-// usage: node browser.mjs ADDRESS [FOLDER]   with a folder, pictures of the four behaviors are left there.
+// usage: node browser.mjs ADDRESS [FOLDER]   with a folder, pictures for README and docs are left there.
+// GUIDEDOG is the program, for the trainings that are watched; ONLY runs the tests whose names contain it.
 
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { mkdtemp, readFile, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
 import { chromium } from "playwright-core";
 
 const [address, folder] = process.argv.slice(2);
@@ -14,11 +19,11 @@ const browser = await chromium.launch({
   ],
 });
 const complaints = [];
-const host = new URL(address).host;
 
-/** The page, loaded and running. */
-async function open(query = "", viewport = { width: 980, height: 700 }) {
-  const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: "reduce" });
+/** A page whose complaints are kept. */
+async function visit(url, viewport = { width: 980, height: 700 }) {
+  const host = new URL(url).host;
+  const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: folder ? "no-preference" : "reduce" });
   const page = await context.newPage();
   page.on("console", (message) => {
     if (message.type() === "error") complaints.push(`console: ${message.text()}`);
@@ -28,10 +33,37 @@ async function open(query = "", viewport = { width: 980, height: 700 }) {
     const url = new URL(request.url());
     if (!["data:", "blob:"].includes(url.protocol) && url.host !== host) complaints.push(`left the host: ${url}`);
   });
-  await page.goto(address + query);
+  page.on("websocket", (socket) => {
+    if (new URL(socket.url()).host !== host) complaints.push(`left the host: ${socket.url()}`);
+  });
+  await page.goto(url);
+  return page;
+}
+
+/** The page, loaded and running. */
+async function open(query = "", viewport) {
+  const page = await visit(address + query, viewport);
   await page.waitForSelector("#loading", { state: "hidden", timeout: 60_000 });
   await page.waitForFunction(() => document.querySelector("#clock").textContent !== "");
   return page;
+}
+
+const folders = [];
+
+/** A training in a folder of its own: its address if it is watched, and how to wait for the policy it ends with. */
+async function train(settings, more = []) {
+  const cwd = await mkdtemp(join(tmpdir(), "guidedog-watched-"));
+  folders.push(cwd);
+  const sets = settings.flatMap((setting) => ["--set", setting]);
+  const child = spawn(process.env["GUIDEDOG"], ["train", "locomotion", "--name", "walk", ...sets, ...more], { cwd, stdio: ["ignore", "pipe", "ignore"] });
+  const over = new Promise((done) => child.on("exit", done));
+  const watched = more.includes("--watch");
+  const url = watched ? await new Promise((found) => child.stdout.once("data", (text) => found(String(text).trim()))) : "";
+  const policy = async () => {
+    assert.equal(await over, 0);
+    return readFile(join(cwd, "runs/walk/policy.onnx"));
+  };
+  return { url, policy, end: () => child.kill("SIGTERM") && over };
 }
 
 const time = async (page) => Number.parseFloat(await page.textContent("#clock"));
@@ -246,7 +278,85 @@ const tests = {
     await untilTold(page, "walks", 4);
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 390, `${width} px wide`);
-    if (folder) await page.screenshot({ path: `${folder}/telephone.png` });
+  },
+
+  async "two supervisors side by side under one pull"() {
+    const page = await open("?minds=rules,learned", { width: 1180, height: 760 });
+    await page.waitForSelector("#lanes:not([hidden])");
+    await page.click('[data-preset="-60/0"]');
+    await untilTold(page, "rules stands, learned stands", 6);
+    await page.click('[data-preset="-60/30"]');
+    await untilTold(page, "rules turns on the spot left, learned turns on the spot left", 6);
+    assert.deepEqual(await page.locator("#lanes strong").allTextContents(), ["rules: Table II", "learned network"]);
+    assert.deepEqual(await page.locator("#lanes span").allTextContents(), ["spin", "spin"]);
+    assert.equal(await page.locator("#speeds tbody").count(), 2);
+    await page.click('[data-preset="0/30"]');
+    await simulate(page, 2);
+    // Each half follows its own dog, and the second handle pulls like the first.
+    await page.click("#pause");
+    await page.evaluate(() => scrollTo(0, 0));
+    await page.waitForTimeout(1500);
+    const canvas = await page.locator("#picture canvas").boundingBox();
+    const halves = new Set();
+    for (let y = canvas.y + 0.35 * canvas.height; y < canvas.y + 0.7 * canvas.height && halves.size < 2; y += 32)
+      for (let x = canvas.x + 16; x < canvas.x + canvas.width; x += 32) {
+        await page.mouse.move(x, y);
+        if (await page.locator("#picture canvas.over").count()) halves.add(x < canvas.x + canvas.width / 2 ? "left" : "right");
+      }
+    assert.equal(halves.size, 2, `handles in ${[...halves]}`);
+    if (folder) {
+      await page.mouse.move(2, 2);
+      await page.locator("#stage").screenshot({ path: `${folder}/lanes.png`, scale: "css" });
+    }
+  },
+
+  async "a training is watched while it runs"() {
+    const robots = folder ? 1024 : 256;
+    const settings = [`training.num_envs=${robots}`, `training.iterations=${folder ? 30 : 12}`];
+    const training = await train(settings, ["--init-from", resolve("policies/locomotion.onnx"), "--watch", "--no-open"]);
+    try {
+      const page = await visit(training.url, { width: 1180, height: 720 });
+      await page.waitForSelector("#loading", { state: "hidden", timeout: 120_000 });
+      assert.match(await page.textContent("#clock"), new RegExp(`^\\d+ of ${robots} robots, live`));
+      await page.waitForFunction(() => document.querySelector("#curves polyline")?.getAttribute("points")?.split(" ").length >= 3, null, { timeout: 120_000 });
+      assert.match(await page.textContent("#training-title"), /walk: learning to walk/);
+      assert.match(await page.textContent("#training-left"), /Iteration \d+ of \d+.*steps\/s · \d+ robots/);
+      const told = await page.textContent("#one-speeds");
+      await page.waitForFunction((before) => document.querySelector("#one-speeds").textContent !== before, told);
+      const nameless = await page.$$eval("#training select, #training progress", (controls) => controls.filter((c) => !c.getAttribute("aria-label")).length);
+      assert.equal(nameless, 0);
+      if (folder) {
+        const drawn = () => Number(document.querySelector("#training-progress").value) >= 24;
+        await page.waitForFunction(drawn, null, { timeout: 300_000 });
+        // Held, it is drawn finely.
+        await page.click("#hold-picture");
+        await page.waitForTimeout(3000);
+        await page.screenshot({ path: `${folder}/training.png` });
+        await page.click("#hold-picture");
+      }
+      await page.setViewportSize({ width: 390, height: 844 });
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, "fits a telephone");
+      await page.setViewportSize({ width: 1180, height: 720 });
+      await page.waitForFunction(() => document.querySelector("#training-status").textContent.includes("finished"), null, { timeout: 300_000 });
+      assert.equal(await page.inputValue("#curves select >> nth=0"), "episode_return");
+    } finally {
+      await training.end();
+    }
+  },
+
+  async "closing and killing pages leaves a training to its bits"() {
+    const settings = ["training.num_envs=64", "training.iterations=400", "task.terrain=flat", "ppo.actor_hidden=[16]", "ppo.critic_hidden=[16]"];
+    const expected = await (await train(settings)).policy();
+    const training = await train(settings, ["--watch", "--no-open"]);
+    const seen = async () => {
+      const page = await visit(training.url);
+      await page.waitForSelector("#loading", { state: "hidden", timeout: 120_000 });
+      return page;
+    };
+    const [closed, killed] = await Promise.all([seen(), seen()]);
+    await closed.close();
+    await killed.goto("chrome://crash").catch(() => {});
+    assert.ok(expected.equals(await training.policy()), "the same policy, byte for byte");
   },
 };
 
@@ -267,4 +377,5 @@ for (const [name, test] of Object.entries(tests)) {
   for (const context of browser.contexts()) await context.close();
 }
 await browser.close();
+await Promise.all(folders.map((path) => rm(path, { recursive: true, force: true })));
 process.exit(failed === 0 ? 0 : 1);

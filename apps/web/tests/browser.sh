@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The page in headless Chromium, served by the program: skipped, saying so, where a tool is missing.
 #
-# usage: browser.sh [FOLDER]   with a folder, pictures of the four behaviors are left there.
+# usage: browser.sh [FOLDER]   with a folder, pictures for README and docs are left there.
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 
@@ -20,8 +20,10 @@ fi
 cp apps/web/tests/browser.mjs "$tools/"
 
 cargo build --release --locked --quiet --bin guidedog
+GUIDEDOG="$(realpath "${CARGO_TARGET_DIR:-target}")/release/guidedog"
+export GUIDEDOG
 log="$(mktemp)"
-"$(realpath "${CARGO_TARGET_DIR:-target}")/release/guidedog" play --no-open >"$log" 2>/dev/null &
+"$GUIDEDOG" play --no-open >"$log" 2>/dev/null &
 server=$!
 trap 'kill "$server"; rm -f "$log"' EXIT
 for _ in $(seq 50); do

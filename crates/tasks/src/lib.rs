@@ -5,3 +5,6 @@ pub mod bounds;
 pub mod guidance;
 pub mod locomotion;
 pub mod simulation;
+mod view;
+
+pub use view::{VIEW_FIELDS, View};

@@ -9,6 +9,7 @@ pub mod height_field;
 pub mod scan;
 pub mod sub_terrain;
 pub mod tile;
+pub mod triangles;
 
 pub use curriculum::next_level;
 pub use grid::{GridConfig, LEVELS, TerrainError, TerrainGrid};

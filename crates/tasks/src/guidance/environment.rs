@@ -1,9 +1,11 @@
 //! Many robots whose supervisors learn to obey the hand.
 
+use std::sync::Arc;
+
 use policy::{Mirror, Share, StepBuffers, VecEnv, layout};
 use rayon::prelude::*;
 use spatial::{Philox, Purpose};
-use terrain::TerrainGrid;
+use terrain::{HeightField, TerrainGrid};
 
 use super::{
     Behavior, Course, GuidanceConfig, LocomotionPolicy, Squad, behavior_reward,
@@ -14,6 +16,7 @@ use super::{
 use crate::{
     archive::{Archive, Archived, Reader, Writer},
     simulation::{CONTROL_PERIOD_S, Simulation},
+    view::View,
 };
 
 const OBSERVATION: usize = layout::SUPERVISOR_OBSERVATION;
@@ -257,6 +260,21 @@ struct SquadBuffers<'a> {
     terminated: &'a mut [bool],
     truncated: &'a mut [bool],
     last_observations: &'a mut [f32],
+}
+
+impl View for GuidanceEnv {
+    fn ground(&self) -> &Arc<HeightField> {
+        &self.grid.field
+    }
+
+    fn step_s(&self) -> f32 {
+        self.config.supervisor_period_s
+    }
+
+    fn write_view(&self, robot: usize, out: &mut Vec<f32>) {
+        let (squad, index) = (&self.squads[robot / super::SQUAD], robot % super::SQUAD);
+        squad.squad.write_view(index, squad.robots[index].previous_command, out);
+    }
 }
 
 impl VecEnv for GuidanceEnv {

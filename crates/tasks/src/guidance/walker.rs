@@ -162,6 +162,11 @@ impl Squad {
         self.groups[robot / GROUP].write_pose(robot % GROUP, out);
     }
 
+    /// Appends the [`VIEW_FIELDS`](crate::VIEW_FIELDS) of a robot that is under `command`.
+    pub(crate) fn write_view(&self, robot: usize, command: [f32; 3], out: &mut Vec<f32>) {
+        self.groups[robot / GROUP].write_view(robot % GROUP, command, out);
+    }
+
     /// Whether a robot's base touched the ground in the last control step, or it is tilted beyond return, or its state is no
     /// longer made of numbers.
     pub fn has_fallen(&self, robot: usize) -> bool {

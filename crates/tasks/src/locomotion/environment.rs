@@ -1,9 +1,11 @@
 //! Many robots learning to walk.
 
+use std::sync::Arc;
+
 use policy::{Mirror, Share, StepBuffers, VecEnv, layout};
 use rayon::prelude::*;
 use spatial::{Philox, Purpose};
-use terrain::{TerrainGrid, next_level};
+use terrain::{HeightField, TerrainGrid, next_level};
 
 use super::{
     LocomotionConfig, Terrain, Way, metrics::Metrics, reward::StepQuantities, robot_task::RobotTask,
@@ -11,6 +13,7 @@ use super::{
 use crate::{
     archive::{Archive, Archived, Reader, Writer},
     simulation::{ACTION_SCALE, CONTACT_THRESHOLD_N, CONTROL_PERIOD_S, GROUP, Group, Simulation},
+    view::View,
 };
 
 const OBSERVATION: usize = layout::LOCOMOTION_OBSERVATION;
@@ -268,6 +271,21 @@ struct GroupBuffers<'a> {
     terminated: &'a mut [bool],
     truncated: &'a mut [bool],
     last_observations: &'a mut [f32],
+}
+
+impl View for LocomotionEnv {
+    fn ground(&self) -> &Arc<HeightField> {
+        &self.grid.field
+    }
+
+    fn step_s(&self) -> f32 {
+        CONTROL_PERIOD_S
+    }
+
+    fn write_view(&self, robot: usize, out: &mut Vec<f32>) {
+        let (group, lane) = (&self.groups[robot / GROUP], robot % GROUP);
+        group.group.write_view(lane, group.robots[lane].command, out);
+    }
 }
 
 impl VecEnv for LocomotionEnv {

@@ -1,6 +1,6 @@
 //! The ground as triangles to draw.
 
-use terrain::HeightField;
+use crate::HeightField;
 
 /// A wall lower than this is not drawn \[m\].
 const LEAST_WALL_M: f32 = 1e-4;
