@@ -85,7 +85,7 @@ pub fn make(folder: &Path, episodes: usize, seed: u64, interrupt: &Interrupt) ->
         }
         maker.other_engine(ground)?;
     }
-    println!("everything: {}", maker.folder.display());
+    crate::say!("everything: {}", maker.folder.display());
     Ok(true)
 }
 

@@ -42,6 +42,16 @@ fn help_and_version_work_everywhere() {
 }
 
 #[test]
+fn a_reader_that_has_gone_is_no_error() {
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_guidedog"));
+    let output = command.args(["inspect", "robot"]).stdout(writer).output().expect("the program starts");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && message.is_empty(), "{message}");
+}
+
+#[test]
 fn the_help_of_training_teaches() {
     for verb in
         [&["train", "--help"][..], &["train", "locomotion", "--help"], &["train", "supervisor", "--help"]]

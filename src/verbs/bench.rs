@@ -10,6 +10,7 @@ use guidedog::interrupt::Interrupt;
 use guidedog::machine::{processor_name, resident_mb, threads, use_threads};
 use guidedog::plots;
 use guidedog::run_folder::{RunFolder, write_atomic};
+use guidedog::say;
 use guidedog::time_to_quality::{Bounds, Finding, Subject, Task, Trial, Variant, picture, table, take_turns};
 
 /// Measures how long learning takes on this machine
@@ -130,7 +131,7 @@ impl Learning {
             let mut of_task = Vec::new();
             for seed in 1..=self.seeds {
                 let Some(found) = self.trials(&bench, task, seed, &variants, &interrupt)? else {
-                    println!("stopped; go on with the same command");
+                    say!("stopped; go on with the same command");
                     return Ok(ExitCode::SUCCESS);
                 };
                 of_task.extend(found);
@@ -141,14 +142,14 @@ impl Learning {
             // After every task, for those who look on.
             self.write(&bench, &findings)?;
         }
-        println!("{}", table(&findings));
-        println!(
+        say!("{}", table(&findings));
+        say!(
             "{} threads of {}; most memory of this process: {:.0} MB",
             threads(),
             processor_name(),
             resident_mb()
         );
-        println!("score over time: {}", bench.file("learning.svg").display());
+        say!("score over time: {}", bench.file("learning.svg").display());
         Ok(ExitCode::SUCCESS)
     }
 

@@ -8,6 +8,7 @@ use anyhow::{Context as _, Result};
 use clap::{Args, Subcommand};
 use guidedog::config::resolve;
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun, TaskConfig};
+use guidedog::say;
 use serde_json::Value;
 
 /// Shows the settings of a training: as resolved, or with the meaning of every one
@@ -69,14 +70,14 @@ fn show<T: TaskConfig>(options: &Options, config: Run<T>) -> Result<ExitCode> {
         .into_root_schema_for::<Run<T>>();
     let table = toml::Table::try_from(&config).context("cannot write the configuration")?;
     if options.schema {
-        println!("{}", serde_json::to_string_pretty(&schema)?);
+        say!("{}", serde_json::to_string_pretty(&schema)?);
     } else if options.explain {
-        println!(
+        say!(
             "# What every setting means, [unit; what is allowed], and where it is from. Unit 1: a plain number.\n"
         );
-        print!("{}", explained(&table, schema.as_value(), ""));
+        say!("{}", explained(&table, schema.as_value(), "").trim_end());
     } else {
-        print!("{}", toml::to_string(&config)?);
+        say!("{}", toml::to_string(&config)?.trim_end());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -14,6 +14,7 @@ use guidedog::judging::{Names, judge, judge_record, with_progress, write_plan};
 use guidedog::policies;
 use guidedog::result_tables::{side_by_side, table};
 use guidedog::run_folder::write_atomic;
+use guidedog::say;
 
 use super::situation::Situation;
 
@@ -105,10 +106,10 @@ impl Arguments {
 
 /// Prints the tables and writes what was asked for.
 fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Result<ExitCode> {
-    print!("{}", table(&results));
+    say!("{}", table(&results).trim_end());
     if let Some(path) = &arguments.beside {
         let other = Results::read(path).or_bad_input(|| "--beside".into())?;
-        print!("\n{}", side_by_side(&other, &results));
+        say!("\n{}", side_by_side(&other, &results).trim_end());
     }
     let named = |path: &Path| path.display().to_string();
     if let Some(path) = &arguments.json {
@@ -135,7 +136,7 @@ fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
         judge_locomotion(&policy, locomotion, arguments.episodes(), *seed, progress)
     })
     .map_err(BadInput::new)?;
-    print!("{}", results.tables());
+    say!("{}", results.tables().trim_end());
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&results)? + "\n";
         let what = || format!("--json {}", path.display());

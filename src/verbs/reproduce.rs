@@ -20,6 +20,7 @@ use guidedog::policies;
 use guidedog::result_tables::table;
 use guidedog::run_config::{LocomotionRun, SupervisorRun};
 use guidedog::run_folder::RunFolder;
+use guidedog::say;
 use guidedog::training::Outcome;
 
 /// Trains the supervisor over the shipped locomotion policy, judges it and writes the report
@@ -87,8 +88,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     data.judged.write(&run.file("results.json")).context("results.json")?;
     let path = run.file("report.html");
     report::write(&data, &path).with_context(|| path.display().to_string())?;
-    println!("{}", table(&data.judged));
-    println!("report: {}", path.display());
+    say!("{}", table(&data.judged));
+    say!("report: {}", path.display());
     if arguments.everything && !everything::make(run.path(), arguments.episodes as usize, 1, &interrupt)? {
         return Ok(stopped());
     }
@@ -96,7 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 fn stopped() -> ExitCode {
-    println!("stopped; go on with the same command");
+    say!("stopped; go on with the same command");
     ExitCode::SUCCESS
 }
 

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context as _, Result};
 use clap::Args;
 use guidedog::error::OrBadInput as _;
+use guidedog::say;
 use guidedog::server::{FILES, Server};
 
 #[derive(Clone, Debug, PartialEq, Args)]
@@ -36,7 +37,7 @@ impl Serving {
     /// Prints the page's address, with what comes after the host, and opens it in a browser unless told not to.
     pub(crate) fn announce(&self, server: &Server, path: &str) -> Result<()> {
         let address = format!("http://{}/{path}", server.address().context("the address served on")?);
-        println!("{address}");
+        say!("{address}");
         if !self.host.is_loopback() {
             eprintln!("warning: {} can be reached from other machines", self.host);
         }

@@ -14,6 +14,7 @@ use guidedog::learner::{Start, Trainable, learn_together};
 use guidedog::machine::use_threads;
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun};
 use guidedog::run_folder::RunFolder;
+use guidedog::say;
 use guidedog::training::Outcome;
 use guidedog::watch::{About, Window};
 use guidedog::{plots, ranks};
@@ -156,9 +157,9 @@ fn train<T: Trainable>(
     };
     let plots = plots::write(&run)?;
     match outcome {
-        Outcome::Finished => println!("finished: {}; plots: {}", run.path().display(), plots.display()),
+        Outcome::Finished => say!("finished: {}; plots: {}", run.path().display(), plots.display()),
         Outcome::Interrupted => {
-            println!("stopped; go on with the same command and --resume; plots: {}", plots.display());
+            say!("stopped; go on with the same command and --resume; plots: {}", plots.display());
         }
     }
     Ok(ExitCode::SUCCESS)

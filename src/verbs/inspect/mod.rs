@@ -66,6 +66,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         What::Policy { file, json } => policy::show(file, *json)?,
         What::Dynamics { robot, state, json } => dynamics::show(robot.as_deref(), state.as_deref(), *json)?,
     };
-    print!("{text}");
+    guidedog::say!("{}", text.trim_end());
     Ok(ExitCode::SUCCESS)
 }
