@@ -144,6 +144,33 @@ const tests = {
     }
   },
 
+  async "a gamepad pulls, and changes can be heard"() {
+    const page = await open();
+    await page.evaluate(() => {
+      window.stick = [0, 0];
+      navigator.getGamepads = () => [null, { axes: window.stick }];
+      window.tones = 0;
+      const start = OscillatorNode.prototype.start;
+      OscillatorNode.prototype.start = function (...when) { window.tones += 1; return start.apply(this, when); };
+      window.spoken = [];
+      speechSynthesis.speak = (utterance) => window.spoken.push(utterance.text);
+    });
+    await untilTold(page, "walks", 4);
+    await page.check("#sounds");
+    await page.check("#speech");
+    await page.evaluate(() => (window.stick = [0, 0.6]));
+    await untilTold(page, "stands", 60);
+    assert.ok(Number(await page.inputValue("#fx")) < -40, "the stick pulled down pulls back");
+    await page.evaluate(() => (window.stick = [-0.6, 0]));
+    await untilTold(page, "turns left", 60);
+    await page.evaluate(() => (window.stick = [0.05, 0.05]));
+    await untilTold(page, "The dog walks.", 60);
+    assert.equal(await page.inputValue("#fy"), "0");
+    assert.ok(await page.evaluate(() => window.tones) >= 6, "every change has its notes");
+    const spoken = await page.evaluate(() => window.spoken);
+    assert.ok(spoken.some((words) => words.includes("turns left")), `spoken: ${spoken}`);
+  },
+
   async "the handle and the plane can be dragged"() {
     const page = await open();
     await untilTold(page, "walks", 4);
