@@ -104,7 +104,7 @@ fn half_a_second_agrees_pointwise() {
 
 /// Mean velocities of ten seconds under a pull, after two to settle: within 0.02 m/s and 0.02 rad/s; the same behavior.
 #[test]
-#[ignore = "minutes in the interpreter: cargo test -p guidedog-web --test agreement -- --ignored"]
+#[ignore = "a minute in the interpreter: cargo test -p guidedog-web --test agreement -- --ignored"]
 fn ten_seconds_agree_in_the_mean() {
     let force = [-20.0, 30.0, 0.0];
     let (mut built, mut page) = (Built::new(), native("{}"));

@@ -5,14 +5,12 @@ use serde::{Deserialize, Serialize};
 use spatial::{Philox, Purpose};
 use tasks::{
     guidance::{Course, LocomotionPolicy, Squad},
+    locomotion::Way,
     simulation::{GROUP, Randomization, ResetSpread, Simulation},
 };
 use terrain::{SubTerrain, TerrainGrid};
 
-use crate::{
-    recording::{STEP_S, steps},
-    statistics::wilson_interval,
-};
+use crate::{recording::steps, statistics::wilson_interval};
 
 /// Length of an episode \[s\].
 pub(crate) const EPISODE_S: f64 = 20.0;
@@ -22,7 +20,7 @@ const SETTLING_S: f64 = 2.0;
 const COMMAND_S: f64 = 5.0;
 /// Time over which a robot is looked at for being stuck \[s\].
 const STUCK_S: f64 = 1.0;
-/// It is stuck if it comes less than this share of the way it is told to go.
+/// It is stuck if it makes less than this share of the way it is told to go, along the commands.
 const STUCK_SHARE: f64 = 0.25;
 /// Tiles along each axis of the grounds.
 const TILES: usize = 8;
@@ -83,7 +81,7 @@ pub struct Row {
     pub yaw_tracking: f64,
     /// Mean of exp(−10 (e_x² + e_y² + e_ω²)) over all scheduled steps, 0 after a fall.
     pub behavior_reward: f64,
-    /// Share of the seconds upright and told to walk in which less than a fourth of the way was made.
+    /// Share of the seconds upright and told to walk in which less than a fourth of the way was made, along the commands.
     #[serde(default)]
     pub stuck: f64,
 }
@@ -229,24 +227,10 @@ impl Judge<'_> {
     }
 }
 
-/// How far a robot has come of a way it is told to go.
-#[derive(Clone, Copy, Debug)]
-struct Way {
-    start: [f32; 2],
-    /// Length it is told to go so far \[m\].
-    told: f64,
-}
-
-impl Way {
-    fn from(position: [f32; 3]) -> Self {
-        Self { start: [position[0], position[1]], told: 0.0 }
-    }
-
-    /// Whether the robot was stuck on it; none if it was not told to go far enough to tell.
-    fn was_stuck(&self, position: [f32; 3]) -> Option<bool> {
-        let made = f64::from(position[0] - self.start[0]).hypot(f64::from(position[1] - self.start[1]));
-        (self.told > 0.25 * STUCK_S).then_some(made < STUCK_SHARE * self.told)
-    }
+/// Whether a robot was stuck on a way; none if it was not told to go far enough to tell.
+fn was_stuck(way: &Way) -> Option<bool> {
+    let told_to_go = f64::from(way.commanded) > 0.25 * STUCK_S;
+    told_to_go.then_some(f64::from(way.progress) < STUCK_SHARE * f64::from(way.commanded))
 }
 
 fn run(
@@ -258,20 +242,17 @@ fn run(
     let robots = squad.robots();
     let judged = robots.min(episodes.saturating_sub(squad.first_robot));
     let mut fallen = vec![false; robots];
-    let mut ways: Vec<Way> = (0..judged).map(|robot| Way::from(squad.motion(robot).position)).collect();
+    let mut ways = vec![Way::default(); judged];
     let mut sums = Sums::default();
     for step in 0..steps(EPISODE_S) {
         let commands: Vec<[f32; 3]> = (0..robots).map(|r| command(squad.first_robot + r, step)).collect();
         squad.control_step(course, &commands, |_| (0, step as u32));
         for robot in 0..judged {
             fallen[robot] |= squad.has_fallen(robot);
-            let motion = squad.motion(robot);
-            if step < steps(SETTLING_S) {
-                ways[robot] = Way::from(motion.position);
-            }
             if fallen[robot] || step < steps(SETTLING_S) {
                 continue;
             }
+            let motion = squad.motion(robot);
             let [v_x, v_y, _] = motion.linear_velocity;
             let done = [v_x, v_y, motion.angular_velocity[2]];
             let e: [f64; 3] = std::array::from_fn(|i| f64::from(done[i] - commands[robot][i]));
@@ -281,14 +262,12 @@ fn run(
             sums.tracking += (-planar / 0.25).exp();
             sums.yaw_tracking += (-e[2] * e[2] / 0.25).exp();
             sums.behavior_reward += (-10.0 * (planar + e[2] * e[2])).exp();
-            let way = &mut ways[robot];
-            way.told += f64::from(commands[robot][0]).hypot(f64::from(commands[robot][1])) * STEP_S;
-            if (step + 1) % steps(STUCK_S) == 0 {
-                if let Some(stuck) = way.was_stuck(motion.position) {
-                    sums.walks += 1.0;
-                    sums.stuck += f64::from(u8::from(stuck));
-                }
-                *way = Way::from(motion.position);
+            ways[robot].walk(commands[robot], &motion);
+            if (step + 1) % steps(STUCK_S) == 0
+                && let Some(stuck) = was_stuck(&std::mem::take(&mut ways[robot]))
+            {
+                sums.walks += 1.0;
+                sums.stuck += f64::from(u8::from(stuck));
             }
         }
     }
@@ -328,9 +307,9 @@ mod tests {
 
     #[test]
     fn stuck_is_less_than_a_fourth_of_the_way() {
-        let way = Way { start: [1.0, 2.0], told: 0.8 };
-        assert_eq!(way.was_stuck([1.0, 2.19, 0.5]), Some(true));
-        assert_eq!(way.was_stuck([1.21, 2.0, 0.5]), Some(false));
-        assert_eq!(Way { told: 0.2, ..way }.was_stuck([1.0, 2.0, 0.5]), None, "told to stand");
+        let after = |progress, commanded| was_stuck(&Way { progress, commanded });
+        assert_eq!(after(0.19, 0.8), Some(true));
+        assert_eq!(after(0.21, 0.8), Some(false));
+        assert_eq!(after(0.0, 0.2), None, "told to stand");
     }
 }
