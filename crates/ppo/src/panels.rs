@@ -2,8 +2,8 @@
 //!
 //! A panel holds sixteen columns of all rows, row after row, so that whatever a product reads lies side by side and no
 //! operand is ever moved: the activations that one layer writes are what the next one reads, and what its weight gradient
-//! reads later. Both products keep a tile of 8 × 32 sums in registers (Goto and van de Geijn, *Anatomy of high-performance matrix
-//! multiplication*, 2008, without the packing of A).
+//! reads later. Both products keep a tile of 8 × 32 sums in registers, 4 × 16 where there are only AVX2's (Goto and van de Geijn,
+//! *Anatomy of high-performance matrix multiplication*, 2008, without the packing of A).
 //!
 //! Rows are counted in eights and depths in sixteens; what is beyond the matrix is zero and adds nothing.
 
@@ -14,6 +14,8 @@ use spatial::{Lane, f32x16};
 pub(crate) const LANES: usize = 16;
 /// Rows of a tile.
 pub(crate) const ROWS: usize = 8;
+/// Panels of a tile whose sums fit in registers beside what is multiplied.
+const SUMMED_PANELS: usize = if cfg!(target_feature = "avx512f") { 2 } else { 1 };
 /// What a product gives at a time: some rows of one panel.
 pub(crate) type Tile = [[f32; LANES]; ROWS];
 
@@ -84,15 +86,16 @@ impl<P: Precision> Weights<P> {
 
     /// Calls `each` with every tile of the first `rows` rows of `a` times the weights: panel, first row, tile.
     pub(crate) fn multiply(&self, a: &P::Panels, rows: usize, mut each: impl FnMut(usize, usize, Tile)) {
-        for (pair, b) in self.panels.chunks(2).enumerate() {
+        for (group, b) in self.panels.chunks(SUMMED_PANELS).enumerate() {
+            let panel = group * SUMMED_PANELS;
             for row in (0..rows).step_by(ROWS) {
                 if b.len() == 2 {
                     let [first, second] = P::times_weights::<2>(a, row, b);
-                    each(2 * pair, row, first);
-                    each(2 * pair + 1, row, second);
+                    each(panel, row, first);
+                    each(panel + 1, row, second);
                 } else {
                     let [tile] = P::times_weights::<1>(a, row, b);
-                    each(2 * pair, row, tile);
+                    each(panel, row, tile);
                 }
             }
         }
@@ -120,9 +123,9 @@ pub(crate) fn add_transposed_product<P: Precision>(
         }
     };
     let panels = panels_of(b_columns);
-    for panel in (0..panels).step_by(2) {
+    for panel in (0..panels).step_by(SUMMED_PANELS) {
         for eighth in 0..a_columns.div_ceil(ROWS) {
-            if panel + 1 < panels {
+            if SUMMED_PANELS == 2 && panel + 1 < panels {
                 let [first, second] = P::transposed_times::<2>(a, eighth, b, panel, rows);
                 add(eighth, panel, &first);
                 add(eighth, panel + 1, &second);
