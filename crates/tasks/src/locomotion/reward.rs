@@ -73,9 +73,10 @@ pub struct RewardConfig {
     /// Swings longer than this are paid for, shorter ones fined \[s; 0 to 10\]. Source: Isaac Lab, 0.5; shorter steps stand a
     /// pull better.
     pub air_time_target_s: f32,
-    /// Pairs of feet, the front and the hind one, of which neither carries: a mirror-symmetric policy head-on before a step
-    /// tends to lift both front feet at once and to bound against the riser without end \[1/s; -100 to 0\]. Source: ours, 0.
-    pub airborne_pair: f32,
+    /// Half the difference between the numbers of feet that carry on the one diagonal and on the other, unless told to
+    /// stand: 1 in a trot, 0 in a bound, a pace or standing. Without it mirror-symmetric policies came to bound, and both
+    /// front feet against a riser hold a robot fast \[1/s; 0 to 100\]. Source: ours.
+    pub trot: f32,
     /// Number of thighs, knees, shanks and hand in contact \[1/s; -100 to 0\]. Source: Isaac Lab, −1 (thighs).
     pub undesired_contact: f32,
     /// g_x² + g_y² \[1/s; -100 to 0\]. Source: Isaac Lab, 0 rough, −5 flat.
@@ -115,7 +116,7 @@ impl Default for RewardConfig {
             action_rate: -0.02,
             feet_air_time: 0.25,
             air_time_target_s: 0.25,
-            airborne_pair: 0.0,
+            trot: 0.0,
             undesired_contact: -1.0,
             flat_orientation: -0.5,
             joint_limit: -1.0,
@@ -161,7 +162,7 @@ const TERM_TABLE: [Term; TERMS] = [
     ("joint_acceleration", |w| w.joint_acceleration, |q, _| squares(q.joint_acceleration)),
     ("action_rate", |w| w.action_rate, |q, _| action_rate(q)),
     ("feet_air_time", |w| w.feet_air_time, feet_air_time),
-    ("airborne_pair", |w| w.airborne_pair, |q, _| airborne_pairs(q)),
+    ("trot", |w| w.trot, |q, _| trot(q)),
     ("undesired_contact", |w| w.undesired_contact, |q, _| q.undesired_contacts),
     ("flat_orientation", |w| w.flat_orientation, |q, _| squares(&q.motion.gravity[..2])),
     ("joint_limit", |w| w.joint_limit, |q, _| q.joint_excess),
@@ -202,7 +203,7 @@ impl RewardConfig {
     /// Names the first one out of range.
     pub fn validate(&self) -> Result<(), String> {
         for (index, (name, weight, _)) in TERM_TABLE.into_iter().enumerate() {
-            let is_reward = index < TRACKING_TERMS || name == "feet_air_time";
+            let is_reward = index < TRACKING_TERMS || ["feet_air_time", "trot"].contains(&name);
             let [low, high] = if is_reward { [0.0, 100.0] } else { [-100.0, 0.0] };
             within(&format!("reward.{name}"), weight(self), low, high)?;
         }
@@ -252,9 +253,10 @@ fn feet_air_time(q: &StepQuantities<'_>, config: &RewardConfig) -> f32 {
     if is_told_to_move(q) { landed.map(|time| time - config.air_time_target_s).sum() } else { 0.0 }
 }
 
-fn airborne_pairs(q: &StepQuantities<'_>) -> f32 {
-    let [left_front, left_hind, right_front, right_hind] = q.carries;
-    f32::from(u8::from(!left_front && !right_front) + u8::from(!left_hind && !right_hind))
+fn trot(q: &StepQuantities<'_>) -> f32 {
+    let [left_front, left_hind, right_front, right_hind] =
+        q.carries.map(|carries| f32::from(u8::from(carries)));
+    if is_told_to_move(q) { 0.5 * (left_front + right_hind - left_hind - right_front).abs() } else { 0.0 }
 }
 
 fn stand_still(q: &StepQuantities<'_>) -> f32 {
@@ -304,7 +306,7 @@ mod tests {
             action_rate: 1.0,
             feet_air_time: 1.0,
             air_time_target_s: 0.5,
-            airborne_pair: 1.0,
+            trot: 1.0,
             undesired_contact: 1.0,
             flat_orientation: 1.0,
             joint_limit: 1.0,
@@ -326,7 +328,7 @@ mod tests {
             1200.0,
             3.0,
             0.0,
-            1.0,
+            0.5,
             2.0,
             0.01,
             0.2,
@@ -344,9 +346,20 @@ mod tests {
         let terms = unit.terms(&still, 1.0, 1.0);
         assert!((terms[15] - 1.2).abs() < 1e-5);
         assert_eq!(terms[4], 0.0, "told to stand there is no progress");
-        assert_eq!(terms[10], 0.0, "air time is not paid for when told to stand");
+        assert_eq!(terms[10..12], [0.0; 2], "neither air time nor a trot is paid for when told to stand");
         let gentle = unit.terms(&still, 0.5, 1.0);
         assert_eq!((gentle[1], gentle[15]), (terms[1], 0.5 * terms[15]), "tracking keeps its strength");
+    }
+
+    #[test]
+    fn only_a_trot_is_paid_in_full() {
+        let pattern = |carries: [bool; 4]| trot(&StepQuantities { carries, ..quantities() });
+        assert_eq!(pattern([true, false, false, true]), 1.0);
+        assert_eq!(pattern([false, true, true, false]), 1.0, "the other diagonal");
+        assert_eq!(pattern([false, true, false, true]), 0.0, "a bound");
+        assert_eq!(pattern([true, true, false, false]), 0.0, "a pace");
+        assert_eq!(pattern([true, true, false, true]), 0.5, "one foot lifted");
+        assert_eq!((pattern([true; 4]), pattern([false; 4])), (0.0, 0.0), "standing, flying");
     }
 
     #[test]
