@@ -85,6 +85,9 @@ pub struct RewardConfig {
     pub joint_limit: f32,
     /// Σ |q − q_default| while told to stand \[1/(rad s); -100 to 0\]. Source: ours.
     pub stand_still: f32,
+    /// Number of feet that do not carry while told to stand: a walk that treads on the spot is turned by a pull from the
+    /// side \[1/s; -100 to 0\]. Source: ours.
+    pub lifted_foot: f32,
     /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
     /// ours.
     pub fall: f32,
@@ -121,6 +124,7 @@ impl Default for RewardConfig {
             flat_orientation: -0.5,
             joint_limit: -1.0,
             stand_still: -0.03,
+            lifted_foot: 0.0,
             fall: -1.0,
             penalty_start: 0.2,
             penalty_ramp_steps: 12_000,
@@ -130,7 +134,7 @@ impl Default for RewardConfig {
 }
 
 /// Number of terms.
-pub const TERMS: usize = 16;
+pub const TERMS: usize = 17;
 /// The first of them are for tracking the command.
 const TRACKING_TERMS: usize = 5;
 
@@ -167,6 +171,7 @@ const TERM_TABLE: [Term; TERMS] = [
     ("flat_orientation", |w| w.flat_orientation, |q, _| squares(&q.motion.gravity[..2])),
     ("joint_limit", |w| w.joint_limit, |q, _| q.joint_excess),
     ("stand_still", |w| w.stand_still, |q, _| stand_still(q)),
+    ("lifted_foot", |w| w.lifted_foot, |q, _| lifted_feet(q)),
 ];
 
 /// Names of the terms, in the order of [`RewardConfig::terms`].
@@ -263,6 +268,10 @@ fn stand_still(q: &StepQuantities<'_>) -> f32 {
     if is_told_to_move(q) { 0.0 } else { q.joint_offset.iter().map(|offset| offset.abs()).sum() }
 }
 
+fn lifted_feet(q: &StepQuantities<'_>) -> f32 {
+    if is_told_to_move(q) { 0.0 } else { q.carries.map(|carries| f32::from(u8::from(!carries))).iter().sum() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -311,6 +320,7 @@ mod tests {
             flat_orientation: 1.0,
             joint_limit: 1.0,
             stand_still: 1.0,
+            lifted_foot: 1.0,
             fall: -3.0,
             penalty_start: 1.0,
             penalty_ramp_steps: 0,
@@ -333,6 +343,7 @@ mod tests {
             0.01,
             0.2,
             0.0,
+            0.0,
         ];
         for ((name, value), expected) in
             term_names().iter().zip(unit.terms(&quantities(), 1.0, 1.0)).zip(expected)
@@ -345,6 +356,7 @@ mod tests {
         let still = StepQuantities { command: [0.0; 3], touchdown: [0.9; 4], ..quantities() };
         let terms = unit.terms(&still, 1.0, 1.0);
         assert!((terms[15] - 1.2).abs() < 1e-5);
+        assert_eq!(terms[16], 3.0, "one foot of four carries");
         assert_eq!(terms[4], 0.0, "told to stand there is no progress");
         assert_eq!(terms[10..12], [0.0; 2], "neither air time nor a trot is paid for when told to stand");
         let gentle = unit.terms(&still, 0.5, 1.0);
