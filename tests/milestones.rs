@@ -51,7 +51,7 @@ fn on_rough_ground_the_shipped_walk_climbs_and_standing_does_not() {
 fn the_shipped_supervisor_is_near_the_oracle_and_rules_that_see_the_same_are_level_with_it() {
     let judge = Understanding::new(locomotion(SHIPPED).unwrap()).unwrap();
     let score = |source: &str| timed(source, || judge.score(&supervisor(source).unwrap())).value;
-    assert!(score(SHIPPED) > 0.93);
+    assert!(score(SHIPPED) > 0.9);
     // Without noise, and with pulls that change when rules decide, they give the oracle's commands.
     assert!((score("rules") - 1.0).abs() < 1e-3);
     assert!(score("dominance") < 0.7);

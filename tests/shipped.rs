@@ -26,8 +26,7 @@ fn the_shipped_pair_understands_pulls_of_every_kind() {
     assert!(results["reward"]["total"].as_f64().unwrap() >= 0.75, "{}", results["reward"]);
     let cases = results["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 17);
-    // Outside: pulled back with 100 N one robot in seven falls where it is told to stop.
-    for (group, least) in [("trained", 0.95), ("edge", 0.9), ("outside", 0.9)] {
+    for (group, least) in [("trained", 0.95), ("edge", 0.9), ("outside", 0.95)] {
         let rates = cases.iter().filter(|case| case["group"] == group);
         let rates: Vec<f64> = rates.map(|case| case["success_rate"].as_f64().unwrap()).collect();
         let mean = rates.iter().sum::<f64>() / rates.len() as f64;
