@@ -345,8 +345,8 @@ const tests = {
       const page = await visit(training.url, { width: 1180, height: 720 });
       await page.waitForSelector("#loading", { state: "hidden", timeout: 120_000 });
       // The first picture comes when the training sends one, which may be after the page is ready.
-      const live = (words) => document.querySelector("#clock").textContent.includes(words);
-      await page.waitForFunction(live, ` of ${robots} robots, live`, { timeout: 120_000 });
+      const live = (pattern) => new RegExp(pattern).test(document.querySelector("#clock").textContent);
+      await page.waitForFunction(live, `^\\d+ of ${robots} robots, live`, { timeout: 120_000 });
       await page.waitForFunction(() => document.querySelector("#curves polyline")?.getAttribute("points")?.split(" ").length >= 3, null, { timeout: 120_000 });
       assert.match(await page.textContent("#training-title"), /walk: learning to walk/);
       assert.match(await page.textContent("#training-left"), /Iteration \d+ of \d+.*steps\/s · \d+ robots/);

@@ -49,6 +49,7 @@ fn halves(word: u32) -> [f32; 2] {
 impl Precision for Brain {
     type Panels = BrainPanels;
     type WeightPanel = Vec<[u32; LANES]>;
+    const SUMMED_PANELS: usize = 2;
 
     fn panels(rows: usize, columns: usize) -> BrainPanels {
         assert!(Self::available(), "bf16 needs a processor with AVX-512 BF16");

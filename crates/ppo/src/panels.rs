@@ -14,8 +14,6 @@ use spatial::{Lane, f32x16};
 pub(crate) const LANES: usize = 16;
 /// Rows of a tile.
 pub(crate) const ROWS: usize = 8;
-/// Panels of a tile whose sums fit in registers beside what is multiplied.
-const SUMMED_PANELS: usize = if cfg!(target_feature = "avx512f") { 2 } else { 1 };
 /// What a product gives at a time: some rows of one panel.
 pub(crate) type Tile = [[f32; LANES]; ROWS];
 
@@ -25,6 +23,8 @@ pub(crate) trait Precision: Copy + std::fmt::Debug + Send + Sync + 'static {
     type Panels: Clone + std::fmt::Debug + Send + Sync;
     /// A panel of weights as the second factor of a product.
     type WeightPanel: Clone + std::fmt::Debug + Send + Sync;
+    /// Panels, one or two, whose sums fit in registers beside what is multiplied.
+    const SUMMED_PANELS: usize;
 
     /// Zeros for `rows × columns`; rows a multiple of [`ROWS`].
     fn panels(rows: usize, columns: usize) -> Self::Panels;
@@ -86,8 +86,8 @@ impl<P: Precision> Weights<P> {
 
     /// Calls `each` with every tile of the first `rows` rows of `a` times the weights: panel, first row, tile.
     pub(crate) fn multiply(&self, a: &P::Panels, rows: usize, mut each: impl FnMut(usize, usize, Tile)) {
-        for (group, b) in self.panels.chunks(SUMMED_PANELS).enumerate() {
-            let panel = group * SUMMED_PANELS;
+        for (group, b) in self.panels.chunks(P::SUMMED_PANELS).enumerate() {
+            let panel = group * P::SUMMED_PANELS;
             for row in (0..rows).step_by(ROWS) {
                 if b.len() == 2 {
                     let [first, second] = P::times_weights::<2>(a, row, b);
@@ -123,9 +123,9 @@ pub(crate) fn add_transposed_product<P: Precision>(
         }
     };
     let panels = panels_of(b_columns);
-    for panel in (0..panels).step_by(SUMMED_PANELS) {
+    for panel in (0..panels).step_by(P::SUMMED_PANELS) {
         for eighth in 0..a_columns.div_ceil(ROWS) {
-            if SUMMED_PANELS == 2 && panel + 1 < panels {
+            if P::SUMMED_PANELS.min(panels - panel) == 2 {
                 let [first, second] = P::transposed_times::<2>(a, eighth, b, panel, rows);
                 add(eighth, panel, &first);
                 add(eighth, panel + 1, &second);
@@ -154,6 +154,7 @@ const SUMMED_ROWS: usize = if cfg!(target_feature = "avx512f") { 8 } else { 4 };
 impl Precision for Single {
     type Panels = SinglePanels;
     type WeightPanel = Vec<[f32; LANES]>;
+    const SUMMED_PANELS: usize = if cfg!(target_feature = "avx512f") { 2 } else { 1 };
 
     fn panels(rows: usize, columns: usize) -> SinglePanels {
         SinglePanels { rows, data: vec![[0.0; LANES]; rows * panels_of(columns)] }

@@ -259,9 +259,9 @@ fn feet_air_time(q: &StepQuantities<'_>, config: &RewardConfig) -> f32 {
 }
 
 fn trot(q: &StepQuantities<'_>) -> f32 {
-    let [left_front, left_hind, right_front, right_hind] =
-        q.carries.map(|carries| f32::from(u8::from(carries)));
-    if is_told_to_move(q) { 0.5 * (left_front + right_hind - left_hind - right_front).abs() } else { 0.0 }
+    let [left_front, left_hind, right_front, right_hind] = q.carries.map(i8::from);
+    let difference = left_front + right_hind - left_hind - right_front;
+    if is_told_to_move(q) { 0.5 * f32::from(difference.abs()) } else { 0.0 }
 }
 
 fn stand_still(q: &StepQuantities<'_>) -> f32 {
@@ -269,7 +269,7 @@ fn stand_still(q: &StepQuantities<'_>) -> f32 {
 }
 
 fn lifted_feet(q: &StepQuantities<'_>) -> f32 {
-    if is_told_to_move(q) { 0.0 } else { q.carries.map(|carries| f32::from(u8::from(!carries))).iter().sum() }
+    if is_told_to_move(q) { 0.0 } else { q.carries.iter().filter(|&&carries| !carries).count() as f32 }
 }
 
 #[cfg(test)]
