@@ -326,6 +326,7 @@ fn named(iteration: &Iteration) -> Vec<(String, f64)> {
         ("value_loss", iteration.value_loss),
         ("kl", iteration.kl),
         ("clip_fraction", iteration.clip_fraction),
+        ("roughness", iteration.roughness),
         ("gradient_norm", iteration.gradient_norm),
         ("action_std", iteration.action_std),
         ("learning_rate", iteration.learning_rate),

@@ -64,7 +64,7 @@ impl TaskConfig for GuidanceConfig {
     fn learning() -> (TrainingSettings, ppo::Config) {
         let training = TrainingSettings {
             num_envs: 512,
-            iterations: 600,
+            iterations: 300,
             checkpoint_period_s: 20.0,
             score: "behavior_reward/total".into(),
             ..TrainingSettings::default()
@@ -76,7 +76,7 @@ impl TaskConfig for GuidanceConfig {
             gamma: 0.9,
             lambda: 0.9,
             desired_kl: 0.04,
-            anneal_iterations: 600,
+            anneal_iterations: 300,
             learning_rate_range: [1e-5, 5e-3],
             initial_std: 0.5,
             entropy_coefficient: 0.003,

@@ -17,7 +17,7 @@ fn files(folder: &str) -> Vec<std::path::PathBuf> {
 
 #[test]
 fn locomotion_configurations_can_be_trained() {
-    for file in files("locomotion").into_iter().chain(files("locomotion/shipped")) {
+    for file in files("locomotion") {
         let config: LocomotionRun = resolve(Some(&file), &[]).unwrap();
         config.validate().unwrap();
         config.task.environments(16, 1).unwrap();

@@ -305,7 +305,7 @@ fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
     let bench = |name: &str, more: &[&str]| {
         let mut arguments = vec!["bench", "learning", "--task", "flat", "--name", name];
         for setting in &small(1)[4..] {
-            // Pairs of --set and a setting; the number of iterations is one of those, and does not count.
+            // Pairs of --set and a setting; the number of iterations is one of those, and counts for the first stage only.
             arguments.push(setting);
         }
         folder.command(&arguments).args(more).output().unwrap()
@@ -350,7 +350,13 @@ fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
             training["wall_min"].as_f64().unwrap() >= 0.02 && training["operations"].as_f64().unwrap() > 0.0
         );
     }
-    for file in ["learning.svg", "results.json", "flat-a-1/plots.svg", "flat-b-1/policy.onnx"] {
+    let stages = ["1-level", "2-flat"].map(|stage| {
+        let metrics = folder.0.join("runs/hard/flat-a-1").join(stage).join("metrics.csv");
+        fs::read_to_string(metrics).unwrap().lines().count() - 1
+    });
+    assert!(stages[0] == 1 && stages[1] > 1, "{stages:?} iterations: the first stage ends, the last goes on");
+    for file in ["learning.svg", "results.json", "flat-a-1/1-level/plots.svg", "flat-b-1/2-flat/policy.onnx"]
+    {
         assert!(folder.0.join("runs/hard").join(file).is_file(), "{file}");
     }
 }

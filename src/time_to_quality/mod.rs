@@ -1,6 +1,7 @@
 //! How long trainings take from nothing to a stated score, and what they spend on it: `guidedog bench learning`.
 //!
-//! A trial is one training with one seed, in a run folder of its own. Trials that are compared take turns, an interval of
+//! A trial is one training with one seed, in a run folder of its own; a training may go through stages with settings of their
+//! own, each from the weights of the one before. Trials that are compared take turns, an interval of
 //! training each, so that whatever else the machine does slows all of them alike. After every interval the policy is judged (that
 //! time is not counted), the score written down and a checkpoint saved, in this order: a bench that is killed goes on where the
 //! last checkpoint was, with the time that had been spent until then.
@@ -10,7 +11,7 @@ mod task;
 mod trial;
 
 pub use findings::{Finding, picture, table};
-pub use task::{Subject, Task, Variant};
+pub use task::{Stage, Task, Variant};
 pub use trial::{Bounds, Trial};
 
 use anyhow::Result;

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, anyhow};
 use evaluation::milestones::{self, Score, Understanding};
 use serde::Serialize;
-use tasks::guidance::GuidanceConfig;
+use tasks::guidance::{GuidanceConfig, LocomotionPolicy};
 use tasks::locomotion::LocomotionConfig;
 use tasks::simulation::DECIMATION;
 
@@ -15,12 +15,12 @@ use crate::learner::{Start, Trainable, begin};
 use crate::policies;
 use crate::run_config::{LocomotionRun, Run, SupervisorRun};
 use crate::run_folder::RunFolder;
+use crate::stages;
 use crate::training::{Learner, TrainingSettings};
 
 /// Operations of one physics step of a robot, of which flat ground needs a little less and rough ground a little more:
 /// `cargo bench --bench physics -- --count`. Of learning to walk they are less than a percent.
 const PHYSICS_STEP_OPERATIONS: f64 = 16e3;
-const FLAT: &str = include_str!("../../configs/locomotion/flat.toml");
 
 /// What is learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,18 +78,20 @@ impl Task {
         if self == Self::Rough { 60.0 } else { 20.0 }
     }
 
-    /// A training of this task: its defaults (on level ground `configs/locomotion/flat.toml`) under `settings`.
+    /// The stages of a training of this task, one or several: [`crate::stages`] or else its defaults, under `settings`.
     ///
     /// # Errors
     /// A setting that is unknown or out of range, or a policy that cannot be used.
-    pub fn subject(self, settings: &[String], seed: u64) -> Result<Subject> {
+    pub fn stages(self, settings: &[String], seed: u64) -> Result<Vec<Stage>> {
         let settings = [settings, &[format!("training.seed={seed}")]].concat();
+        let walk = |files, judge: JudgeWalk| {
+            let stages = stages::resolve(files, &settings)?.into_iter();
+            stages.map(|(name, config)| walking(name, config, judge)).collect()
+        };
         match self {
-            Self::Flat => {
-                walking(resolve_text("configs/locomotion/flat.toml", FLAT, &settings)?, milestones::flat)
-            }
-            Self::Rough => walking(resolve_text("defaults", "", &settings)?, milestones::rough),
-            Self::Supervisor => understanding(resolve_text("defaults", "", &settings)?),
+            Self::Flat => walk(stages::FLAT, milestones::flat),
+            Self::Rough => walk(stages::ROUGH, milestones::rough),
+            Self::Supervisor => Ok(vec![understanding(resolve_text("defaults", "", &settings)?)?]),
         }
     }
 }
@@ -127,12 +129,15 @@ impl Variant {
     }
 }
 
-type Begin = dyn Fn(&RunFolder) -> Result<Box<dyn Learner>>;
+type Begin = dyn Fn(&RunFolder, &Start) -> Result<Box<dyn Learner>>;
 type Judge = dyn Fn(&Path) -> Result<Score>;
+type JudgeWalk = fn(&LocomotionPolicy) -> Result<Score, String>;
 
-/// A training that can be begun and judged, whatever it is of.
-pub struct Subject {
-    /// How it trains; the number of iterations does not count.
+/// A training, or a part of it, that can be begun and judged, whatever it is of.
+pub struct Stage {
+    /// Its name, a plain folder name.
+    pub name: String,
+    /// How it trains; the number of iterations of a last stage does not count.
     pub settings: TrainingSettings,
     /// Needed operations of an environment step: inference, update and simulation.
     pub operations_per_step: f64,
@@ -141,59 +146,53 @@ pub struct Subject {
     pub(super) judge: Box<Judge>,
 }
 
-impl Subject {
-    /// A training of its own kind.
-    pub fn new(
-        settings: TrainingSettings,
-        operations_per_step: f64,
-        begin: impl Fn(&RunFolder) -> Result<Box<dyn Learner>> + 'static,
-        judge: impl Fn(&Path) -> Result<Score> + 'static,
-    ) -> Self {
-        Self { settings, operations_per_step, begin: Box::new(begin), judge: Box::new(judge) }
+impl Stage {
+    /// Whether all its iterations are made.
+    pub(super) fn is_over(&self, iteration: u64) -> bool {
+        iteration >= self.settings.iterations
     }
 }
 
 fn of_run<T: Trainable + 'static>(
+    name: String,
     config: Run<T>,
     simulation_operations: f64,
     judge: impl Fn(&Path) -> Result<Score> + 'static,
-) -> Result<Subject>
+) -> Result<Stage>
 where
     Run<T>: Serialize,
 {
     config.validate()?;
     let [observations, actions] = T::SHAPE;
-    let operations = config.ppo.inference_operations(observations, actions)
+    let operations_per_step = config.ppo.inference_operations(observations, actions)
         + config.ppo.update_operations(observations, actions)
         + simulation_operations;
     let settings = config.training.clone();
-    let begin = move |run: &RunFolder| -> Result<Box<dyn Learner>> {
-        Ok(Box::new(begin(run, &config, &Start::Resume, None)?))
+    let begin = move |run: &RunFolder, start: &Start| -> Result<Box<dyn Learner>> {
+        Ok(Box::new(begin(run, &config, start, None)?))
     };
-    Ok(Subject::new(settings, operations, begin, judge))
+    let (begin, judge) = (Box::new(begin), Box::new(judge));
+    Ok(Stage { name, settings, operations_per_step, begin, judge })
 }
 
 fn text(path: &Path) -> Result<&str> {
     path.to_str().with_context(|| format!("{}: is no UTF-8", path.display()))
 }
 
-fn walking(
-    config: LocomotionRun,
-    judge: fn(&tasks::guidance::LocomotionPolicy) -> Result<Score, String>,
-) -> Result<Subject> {
+fn walking(name: String, config: LocomotionRun, judge: JudgeWalk) -> Result<Stage> {
     let simulation = DECIMATION as f64 * PHYSICS_STEP_OPERATIONS;
-    of_run::<LocomotionConfig>(config, simulation, move |path| {
+    of_run::<LocomotionConfig>(name, config, simulation, move |path| {
         judge(&policies::locomotion(text(path)?)?).map_err(|message| anyhow!(message))
     })
 }
 
-fn understanding(config: SupervisorRun) -> Result<Subject> {
+fn understanding(config: SupervisorRun) -> Result<Stage> {
     let walk = policies::locomotion(&config.task.locomotion)?;
     let control_steps = f64::from(config.task.supervisor_period_s / tasks::simulation::CONTROL_PERIOD_S);
     let control_step = DECIMATION as f64 * PHYSICS_STEP_OPERATIONS + 2.0 * walk.num_parameters() as f64;
     // The oracle plays once, when the first score is asked for.
     let judge = std::cell::OnceCell::new();
-    of_run::<GuidanceConfig>(config, control_steps * control_step, move |path| {
+    of_run::<GuidanceConfig>("supervisor".into(), config, control_steps * control_step, move |path| {
         if judge.get().is_none() {
             let understanding = Understanding::new(walk.clone()).map_err(|message| anyhow!(message))?;
             judge.get_or_init(|| understanding);
@@ -219,11 +218,12 @@ mod tests {
     #[test]
     fn every_task_has_a_training_whose_operations_are_mostly_those_of_the_update() {
         for task in Task::ALL {
-            let subject = task.subject(&[], 3).unwrap();
-            assert_eq!(subject.settings.seed, 3);
-            assert!((4e6..3e7).contains(&subject.operations_per_step), "{}", subject.operations_per_step);
+            for stage in task.stages(&[], 3).unwrap() {
+                assert_eq!(stage.settings.seed, 3);
+                assert!((4e6..3e7).contains(&stage.operations_per_step), "{}", stage.operations_per_step);
+            }
         }
-        let refusal = Task::Flat.subject(&["ppo.epochs=0".to_owned()], 1).err().unwrap();
+        let refusal = Task::Flat.stages(&["ppo.epochs=0".to_owned()], 1).err().unwrap();
         assert!(refusal.to_string().contains("epochs is 0"), "{refusal}");
     }
 }

@@ -4,13 +4,14 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result};
 
-use super::{Finding, Subject};
+use super::{Finding, Stage};
 use crate::error::BadInput;
 use crate::interrupt::Interrupt;
 use crate::machine::processor_s;
 use crate::metrics::MetricsTable;
 use crate::progress::short_count;
 use crate::run_folder::RunFolder;
+use crate::stages::Place;
 use crate::training::{Learner, Session};
 
 /// When a trial has ended, and how often it is judged.
@@ -33,37 +34,45 @@ pub(super) struct Point {
     pub(super) wall_s: f64,
     pub(super) processor_s: f64,
     pub(super) env_steps: f64,
+    pub(super) operations: f64,
     pub(super) score: f64,
 }
 
-/// One training with one seed.
+/// One training with one seed, in one stage or several.
 pub struct Trial<'a> {
     name: String,
-    run: &'a RunFolder,
-    subject: &'a Subject,
+    place: &'a Place,
+    stages: &'a [Stage],
     bounds: Bounds,
     table: MetricsTable,
     /// Spent so far; ahead of the last point while a turn lasts.
     now: Point,
-    running: Option<(Box<dyn Learner>, Session<'a>)>,
+    running: Option<Running<'a>>,
     /// Why it cannot go on.
     broken: Option<String>,
+}
+
+/// The stage that learns.
+struct Running<'a> {
+    index: usize,
+    learner: Box<dyn Learner>,
+    session: Session<'a>,
 }
 
 /// The scores of a trial, in its run's folder.
 const TABLE: &str = "time_to_quality.csv";
 
 impl<'a> Trial<'a> {
-    /// A trial that goes on where its folder says; nothing is built before its first turn.
+    /// A trial of at least one stage that goes on where its folders say; nothing is built before its first turn.
     ///
     /// # Errors
-    /// The folder cannot be read.
-    pub fn open(name: &str, run: &'a RunFolder, subject: &'a Subject, bounds: Bounds) -> Result<Self> {
-        let newest = run.checkpoints()?.first().map_or(0, |(iteration, _)| *iteration);
-        let table = open_table(run, newest)?;
+    /// A folder cannot be read.
+    pub fn open(name: &str, place: &'a Place, stages: &'a [Stage], bounds: Bounds) -> Result<Self> {
+        let (index, newest) = place.newest()?;
+        let table = open_table(place.run(), before(stages, index) + newest)?;
         let now = points(&table).last().copied().unwrap_or_default();
         let name = name.to_owned();
-        Ok(Self { name, run, subject, bounds, table, now, running: None, broken: None })
+        Ok(Self { name, place, stages, bounds, table, now, running: None, broken: None })
     }
 
     /// Longest training \[s\].
@@ -87,7 +96,8 @@ impl<'a> Trial<'a> {
         points(&self.table).into_iter().find(|point| point.score >= self.bounds.target)
     }
 
-    /// Trains for an interval (less if the user interrupts), judges, records, saves. `watch` sees every iteration's numbers.
+    /// Trains for an interval (less if the user interrupts or a stage ends), judges, records, saves. `watch` sees every
+    /// iteration's numbers.
     ///
     /// # Errors
     /// The trial cannot begin or go on, or the disk refuses.
@@ -96,19 +106,24 @@ impl<'a> Trial<'a> {
         interrupt: &Interrupt,
         mut watch: impl FnMut(&Self, &[(String, f64)]),
     ) -> Result<()> {
-        let (mut learner, mut session) = match self.running.take() {
+        let Running { index, mut learner, mut session } = match self.running.take() {
             Some(running) => running,
             None => self.begin()?,
         };
+        let stage = &self.stages[index];
         let end = (self.now.wall_s + self.bounds.interval_s).min(self.bounds.limit_s);
-        while self.now.wall_s < end && !interrupt.requested() {
+        let is_over =
+            |learner: &dyn Learner| self.stages.len() > index + 1 && stage.is_over(learner.iteration());
+        while self.now.wall_s < end && !is_over(learner.as_ref()) && !interrupt.requested() {
             let (began, processor) = (Instant::now(), processor_s());
             match session.iterate(learner.as_mut()) {
                 Ok(row) => {
+                    let steps = learner.steps_per_iteration() as f64;
                     self.now.wall_s += began.elapsed().as_secs_f64();
                     self.now.processor_s += processor_s() - processor;
-                    self.now.iteration = learner.iteration();
-                    self.now.env_steps = (learner.iteration() * learner.steps_per_iteration()) as f64;
+                    self.now.iteration = before(self.stages, index) + learner.iteration();
+                    self.now.env_steps += steps;
+                    self.now.operations += steps * stage.operations_per_step;
                     watch(self, &row);
                 }
                 Err(error) if is_breakdown(&error) => {
@@ -122,40 +137,49 @@ impl<'a> Trial<'a> {
             // Interrupted before the first iteration of this turn.
             return Ok(());
         }
-        let policy = self.run.file("policy.onnx");
+        let policy = self.place.stage(index).file("policy.onnx");
         learner.export(&policy).with_context(|| format!("cannot save {}", policy.display()))?;
-        let score = (self.subject.judge)(&policy)?;
+        let score = (stage.judge)(&policy)?;
         self.now.score = score.value;
         let mut row: Vec<(String, f64)> = vec![
             ("wall_s".into(), self.now.wall_s),
             ("processor_s".into(), self.now.processor_s),
             ("env_steps".into(), self.now.env_steps),
+            ("operations".into(), self.now.operations),
             ("score".into(), score.value),
         ];
         row.extend(score.parts.into_iter().map(|(name, value)| (name.to_owned(), value)));
         self.table
             .append(self.now.iteration, &row)
-            .with_context(|| format!("cannot write {}", self.run.file(TABLE).display()))?;
+            .with_context(|| format!("cannot write {}", self.place.run().file(TABLE).display()))?;
         session.save(learner.as_ref())?;
-        self.running = (!self.has_ended()).then_some((learner, session));
+        if !self.has_ended() && !is_over(learner.as_ref()) {
+            self.running = Some(Running { index, learner, session });
+        }
         Ok(())
     }
 
-    fn begin(&mut self) -> Result<(Box<dyn Learner>, Session<'a>)> {
-        let learner = (self.subject.begin)(self.run)?;
+    /// The stage that is to learn: the last that has begun, or the one after it, with its weights.
+    fn begin(&mut self) -> Result<Running<'a>> {
+        let (mut index, newest) = self.place.newest()?;
+        if index + 1 < self.stages.len() && self.stages[index].is_over(newest) {
+            index += 1;
+        }
+        let (stage, run) = (&self.stages[index], self.place.stage(index));
+        let learner = (stage.begin)(run, &self.place.start(index)?)?;
+        let iteration = before(self.stages, index) + learner.iteration();
         // A damaged checkpoint may have been passed over for an earlier one.
-        self.table = open_table(self.run, learner.iteration())?;
+        self.table = open_table(self.place.run(), iteration)?;
         self.now = points(&self.table).last().copied().unwrap_or_default();
-        if self.now.iteration != learner.iteration() {
+        if self.now.iteration != iteration {
             return Err(BadInput::new(format!(
-                "{}: iteration {} was never judged, so how long it took is not known; choose another --name",
-                self.run.path().display(),
-                learner.iteration()
+                "{}: iteration {iteration} was never judged, so how long it took is not known; choose another --name",
+                run.path().display(),
             ))
             .into());
         }
-        let session = Session::open(self.run, &self.subject.settings, learner.iteration())?;
-        Ok((learner, session))
+        let session = Session::open(run, &stage.settings, learner.iteration())?;
+        Ok(Running { index, learner, session })
     }
 
     /// What a progress line says of it.
@@ -196,7 +220,7 @@ impl<'a> Trial<'a> {
         let reached = self.reached();
         let at = reached.or(points.last().copied()).unwrap_or_default();
         Finding {
-            seed: self.subject.settings.seed,
+            seed: self.stages[0].settings.seed,
             target: self.bounds.target,
             limit_min: self.bounds.limit_s / 60.0,
             reached: reached.is_some(),
@@ -206,11 +230,16 @@ impl<'a> Trial<'a> {
             processor_min: at.processor_s / 60.0,
             iterations: at.iteration,
             env_steps: at.env_steps,
-            operations: at.env_steps * self.subject.operations_per_step,
+            operations: at.operations,
             curve: points.iter().map(|point| [point.wall_s / 60.0, point.score]).collect(),
             ..Finding::default()
         }
     }
+}
+
+/// Iterations of the stages before one.
+fn before(stages: &[Stage], index: usize) -> u64 {
+    stages[..index].iter().map(|stage| stage.settings.iterations).sum()
 }
 
 fn open_table(run: &RunFolder, last: u64) -> Result<MetricsTable> {
@@ -219,20 +248,21 @@ fn open_table(run: &RunFolder, last: u64) -> Result<MetricsTable> {
 }
 
 fn points(table: &MetricsTable) -> Vec<Point> {
-    let [wall, processor, steps, score] =
-        ["wall_s", "processor_s", "env_steps", "score"].map(|name| table.column(name));
-    wall.iter()
-        .zip(processor)
-        .zip(steps)
-        .zip(score)
-        .map(|(((wall, processor), steps), score)| Point {
-            iteration: wall.0,
-            wall_s: wall.1,
-            processor_s: processor.1,
-            env_steps: steps.1,
-            score: score.1,
+    let column = |name| table.column(name);
+    let [wall, processor, steps, operations, score] =
+        ["wall_s", "processor_s", "env_steps", "operations", "score"].map(column);
+    let point = |(row, &(iteration, wall_s)): (usize, &(u64, f64))| {
+        let of = |column: &[(u64, f64)]| column.get(row).map(|(_, value)| *value);
+        Some(Point {
+            iteration,
+            wall_s,
+            processor_s: of(&processor)?,
+            env_steps: of(&steps)?,
+            operations: of(&operations)?,
+            score: of(&score)?,
         })
-        .collect()
+    };
+    wall.iter().enumerate().filter_map(point).collect()
 }
 
 /// Whether the learner broke down, and not the disk.

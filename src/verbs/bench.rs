@@ -11,7 +11,8 @@ use guidedog::machine::{processor_name, resident_mb, threads, use_threads};
 use guidedog::plots;
 use guidedog::run_folder::{RunFolder, write_atomic};
 use guidedog::say;
-use guidedog::time_to_quality::{Bounds, Finding, Subject, Task, Trial, Variant, picture, table, take_turns};
+use guidedog::stages::Place;
+use guidedog::time_to_quality::{Bounds, Finding, Stage, Task, Trial, Variant, picture, table, take_turns};
 
 /// Measures how long learning takes on this machine
 #[derive(Debug, Args)]
@@ -80,8 +81,8 @@ Examples:
 
 Stop it with Ctrl-C (or kill it) and start it again with the same words: it goes on where it was. It leaves
 runs/NAME/results.json, runs/NAME/learning.svg (score over time) and, for every training, a run folder with metrics.csv,
-checkpoints, policy.onnx, plots.svg and time_to_quality.csv. A training begins from nothing and ignores
-training.iterations. Operations are those needed: inference, update and simulation.";
+checkpoints, policy.onnx, plots.svg and time_to_quality.csv. A training begins from nothing; walking is
+learned in stages (level, flat or level, rough, precise: configs/locomotion), of which the last ignores training.iterations. Operations are those needed: inference, update and simulation.";
 
 /// Names of the tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -120,7 +121,7 @@ impl Learning {
         }
         // What cannot be trained is refused before anything is.
         for task in &tasks {
-            self.subjects(*task, 1, &variants)?;
+            self.stages(*task, 1, &variants)?;
         }
         use_threads(self.threads)?;
         let interrupt = Interrupt::watch()?;
@@ -183,12 +184,13 @@ impl Learning {
         [&self.set[..], &variant.settings].concat()
     }
 
-    fn subjects(&self, task: Task, seed: u64, variants: &[Variant]) -> Result<Vec<Subject>> {
-        let subject = |variant: &Variant| {
+    /// The stages of every variant.
+    fn stages(&self, task: Task, seed: u64, variants: &[Variant]) -> Result<Vec<Vec<Stage>>> {
+        let stages = |variant: &Variant| {
             let name = || format!("{} {}", task.name(), variant.name);
-            task.subject(&self.settings(variant), seed).with_context(name)
+            task.stages(&self.settings(variant), seed).with_context(name)
         };
-        variants.iter().map(subject).collect()
+        variants.iter().map(stages).collect()
     }
 
     /// One training a variant, in turns; `None` if the user stops it.
@@ -206,19 +208,25 @@ impl Learning {
             interval_s: self.interval.unwrap_or(task.interval_s()),
             to_the_limit: self.to_the_limit,
         };
-        let subjects = self.subjects(task, seed, variants)?;
-        let name = |variant: &Variant| format!("{}-{}-{seed}", task.name(), variant.name);
-        let runs: Vec<RunFolder> =
-            variants.iter().map(|v| RunFolder::open(bench.path(), &name(v))).collect::<Result<_>>()?;
+        let stages = self.stages(task, seed, variants)?;
+        let names: Vec<String> =
+            variants.iter().map(|variant| format!("{}-{}-{seed}", task.name(), variant.name)).collect();
+        let places: Vec<Place> = names
+            .iter()
+            .zip(&stages)
+            .map(|(name, stages)| Place::open(bench.path(), name, stages.iter().map(|stage| &*stage.name)))
+            .collect::<Result<_>>()?;
         let mut trials: Vec<Trial<'_>> = (0..variants.len())
-            .map(|i| Trial::open(&name(&variants[i]), &runs[i], &subjects[i], bounds))
+            .map(|i| Trial::open(&names[i], &places[i], &stages[i], bounds))
             .collect::<Result<_>>()?;
         if !take_turns(&format!("{} {seed}/{}", task.name(), self.seeds), &mut trials, interrupt)? {
             return Ok(None);
         }
         let mut findings = Vec::new();
-        for ((trial, variant), run) in trials.iter().zip(variants).zip(&runs) {
-            plots::write(run)?;
+        for ((trial, variant), place) in trials.iter().zip(variants).zip(&places) {
+            for stage in 0..=place.newest()?.0 {
+                plots::write(place.stage(stage))?;
+            }
             findings.push(Finding {
                 task: task.name().into(),
                 variant: variant.name.clone(),

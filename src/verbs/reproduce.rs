@@ -18,9 +18,10 @@ use guidedog::learner::{Start, learn};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
 use guidedog::result_tables::table;
-use guidedog::run_config::{LocomotionRun, SupervisorRun};
+use guidedog::run_config::SupervisorRun;
 use guidedog::run_folder::RunFolder;
 use guidedog::say;
+use guidedog::stages::{self, Place, learn_all};
 use guidedog::training::Outcome;
 
 /// Trains the supervisor over the shipped locomotion policy, judges it and writes the report
@@ -40,6 +41,9 @@ pub(crate) struct Arguments {
     /// One setting of the supervisor's training, e.g. training.iterations=50
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Seed of everything that is trained, and of the judgment
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
     /// Episodes of every case
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     episodes: u64,
@@ -49,13 +53,11 @@ const EXAMPLES: &str = "\
 Examples:
   guidedog reproduce                    a quarter of an hour on two cores
   guidedog reproduce --from-scratch     begins with a robot that cannot walk
+  guidedog reproduce --seed 2 --name second
   guidedog reproduce --everything       all numbers and pictures of docs/results.md: hours
 
 Stop it with Ctrl-C and start it again with the same words: it goes on where it was. It leaves
 runs/NAME/report.html and runs/NAME/results.json.";
-
-/// The locomotion training of `--from-scratch`.
-const FLAT_LOCOMOTION: &str = include_str!("../../configs/locomotion/flat.toml");
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let began = Instant::now();
@@ -63,15 +65,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let root = Path::new("runs");
     let usual = if arguments.from_scratch { "from-scratch" } else { "reproduce" };
     let name = arguments.name.as_deref().unwrap_or(usual);
-    let mut settings = arguments.set.clone();
+    let seed = format!("training.seed={}", arguments.seed);
+    let mut settings = [&[seed.clone()], &arguments.set[..]].concat();
     if arguments.from_scratch {
-        let run = RunFolder::open(root, &format!("{name}-locomotion"))?;
-        let config: LocomotionRun = resolve_text("configs/locomotion/flat.toml", FLAT_LOCOMOTION, &[])?;
-        eprintln!("1. walking, in {}", run.path().display());
-        if learn(&run, &config, &Start::Resume, &interrupt, None)? == Outcome::Interrupted {
+        let stages = stages::resolve(stages::FLAT, &[seed])?;
+        let names = stages.iter().map(|(name, _)| name.as_str());
+        let place = Place::open(root, &format!("{name}-locomotion"), names)?;
+        eprintln!("learning to walk, in {}", place.run().path().display());
+        if learn_all(&place, &stages, &interrupt)? == Outcome::Interrupted {
             return Ok(stopped());
         }
-        settings.insert(0, format!("task.locomotion={:?}", run.file("policy.onnx").display().to_string()));
+        let walk = place.stage(stages.len() - 1).file("policy.onnx");
+        settings.insert(0, format!("task.locomotion={:?}", walk.display().to_string()));
         settings.insert(1, "task.terrain=\"flat\"".into());
     }
     let config: SupervisorRun = resolve_text("defaults", "", &settings)?;

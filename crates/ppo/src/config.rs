@@ -64,6 +64,10 @@ pub struct Config {
     /// Divergence between the old and the new policy that the learning rate is steered to; 0 keeps the rate \[1; 0 to 10\].
     /// Source: Isaac Lab, 0.01; 0.02 walks sooner (docs/results.md).
     pub desired_kl: f32,
+    /// Weight of the squared distance between the mean action and halfway from the one before to the one after, as the policy that
+    /// acted had them. Unlike a reward's price on changes it does not see the noise that explores \[1; 0 to 1000\]. Source: Mysore et
+    /// al., Regularizing action policies for smooth control, 2021, equation 1 (there against the next mean alone); Isaac Lab, 0.
+    pub smoothness: f32,
     /// Iterations over which `desired_kl` and `entropy_coefficient` fall in a straight line to a tenth, so that the policy
     /// settles on the mean of what noisy gradients say; 0 keeps them \[iterations; 0 to 100000000\]. Source: docs/results.md,
     /// "Annealing".
@@ -103,6 +107,7 @@ impl Default for Config {
             entropy_coefficient: 0.005,
             learning_rate: 1e-3,
             desired_kl: 0.01,
+            smoothness: 0.0,
             anneal_iterations: 0,
             learning_rate_range: [1e-5, 1e-2],
             max_gradient_norm: 1.0,
@@ -176,6 +181,7 @@ impl Config {
         check(in_order, "learning_rate_range", range, "two rates in order, above 0, at most 1")?;
         let rate = self.learning_rate;
         check((low..=high).contains(&rate), "learning_rate", &rate, "within learning_rate_range")?;
+        check(not_negative(self.smoothness, 1000.0), "smoothness", &self.smoothness, "from 0 to 1000")?;
         check(not_negative(self.desired_kl, 10.0), "desired_kl", &self.desired_kl, "from 0 to 10")?;
         let iterations = self.anneal_iterations;
         let fits = iterations <= 100_000_000;

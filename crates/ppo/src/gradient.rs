@@ -87,6 +87,7 @@ struct Slot<P: Precision> {
     sums: LossSums,
     mirrored_action: Vec<f32>,
     mirrored_mean: Vec<f32>,
+    mirrored_smooth_mean: Vec<f32>,
 }
 
 /// Networks and scratch memory in one precision; all of it made once.
@@ -110,6 +111,8 @@ pub(crate) struct MinibatchLoss {
     pub(crate) kl: f64,
     /// Share of samples beyond the clip range.
     pub(crate) clipped: f64,
+    /// Mean squared distance from the smooth means.
+    pub(crate) roughness: f64,
     /// Euclidean length of the gradient.
     pub(crate) gradient_norm: f64,
 }
@@ -137,6 +140,7 @@ impl<P: Precision> Workspace<P> {
             sums: LossSums::default(),
             mirrored_action: vec![0.0; networks.actions],
             mirrored_mean: vec![0.0; networks.actions],
+            mirrored_smooth_mean: vec![0.0; networks.actions],
         };
         let (actor, critic) = (networks.actor.packed(), networks.critic.packed());
         Self { actor, critic, slots: vec![slot; partials.own().count()], partials }
@@ -219,6 +223,7 @@ impl<P: Precision> Engine for Workspace<P> {
             value: sums.value / count,
             kl: sums.kl / originals,
             clipped: sums.clipped / count,
+            roughness: sums.roughness / count,
             gradient_norm,
         }
     }
@@ -307,6 +312,7 @@ impl<P: Precision> Slot<P> {
             let mut sample = Sample {
                 action: &rollout.actions[i * actions..][..actions],
                 old_mean: &rollout.means[i * actions..][..actions],
+                smooth_mean: &rollout.smooth_means[i * actions..][..actions],
                 old_log_probability: rollout.log_probabilities[i],
                 old_value: rollout.values[i],
                 advantage: rollout.advantages[i],
@@ -317,6 +323,8 @@ impl<P: Precision> Slot<P> {
                 Mirror::apply(&mirror.action, sample.old_mean, &mut self.mirrored_mean);
                 sample.action = &self.mirrored_action;
                 sample.old_mean = &self.mirrored_mean;
+                Mirror::apply(&mirror.action, sample.smooth_mean, &mut self.mirrored_smooth_mean);
+                sample.smooth_mean = &self.mirrored_smooth_mean;
             } else {
                 self.sums.kl += f64::from(old_noise.divergence(sample.old_mean, noise, mean));
             }

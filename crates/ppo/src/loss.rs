@@ -10,6 +10,8 @@ use crate::config::Config;
 pub(crate) struct Sample<'a> {
     pub(crate) action: &'a [f32],
     pub(crate) old_mean: &'a [f32],
+    /// Between what it was a step earlier and a step later.
+    pub(crate) smooth_mean: &'a [f32],
     pub(crate) old_log_probability: f32,
     pub(crate) old_value: f32,
     pub(crate) advantage: f32,
@@ -23,21 +25,24 @@ pub(crate) struct LossSums {
     pub(crate) value: f64,
     pub(crate) kl: f64,
     pub(crate) clipped: f64,
+    /// Squared distances from the smooth means.
+    pub(crate) roughness: f64,
 }
 
 impl LossSums {
-    /// The four numbers, for another rank.
-    pub(crate) fn to_bytes(self) -> [u8; 32] {
-        let mut bytes = [0; 32];
-        let numbers = [self.surrogate, self.value, self.kl, self.clipped];
+    /// The five numbers, for another rank.
+    pub(crate) fn to_bytes(self) -> [u8; 40] {
+        let mut bytes = [0; 40];
+        let numbers = [self.surrogate, self.value, self.kl, self.clipped, self.roughness];
         bytes.as_chunks_mut().0.iter_mut().zip(numbers).for_each(|(bytes, x)| *bytes = x.to_le_bytes());
         bytes
     }
 
     /// What [`LossSums::to_bytes`] gave.
-    pub(crate) fn from_bytes(bytes: &[u8; 32]) -> Self {
+    pub(crate) fn from_bytes(bytes: &[u8; 40]) -> Self {
         let number = |i: usize| f64::from_le_bytes(bytes.as_chunks().0[i]);
-        Self { surrogate: number(0), value: number(1), kl: number(2), clipped: number(3) }
+        let [surrogate, value, kl, clipped, roughness] = std::array::from_fn(number);
+        Self { surrogate, value, kl, clipped, roughness }
     }
 
     pub(crate) fn add(&mut self, o: &Self) {
@@ -45,6 +50,7 @@ impl LossSums {
         self.value += o.value;
         self.kl += o.kl;
         self.clipped += o.clipped;
+        self.roughness += o.roughness;
     }
 }
 
@@ -93,7 +99,8 @@ impl Gaussian {
     }
 }
 
-/// Adds the surrogate's gradient, times `weight`, to `mean_gradient` (replaced) and `log_std_gradient` (added to).
+/// Adds the gradient of surrogate and smoothness, times `weight`, to `mean_gradient` (replaced) and `log_std_gradient` (added
+/// to).
 pub(crate) fn surrogate(
     config: &Config,
     sample: Sample<'_>,
@@ -109,15 +116,20 @@ pub(crate) fn surrogate(
     let (free, clipped) = (-sample.advantage * ratio, -sample.advantage * limited);
     // Where the clipped branch is the larger it is constant: no gradient.
     let slope = if free >= clipped { free * weight } else { 0.0 };
+    let mut squared_roughness = 0.0;
     for i in 0..mean.len() {
         let inverse_variance = policy.precision[i] * policy.precision[i];
         let deviation = sample.action[i] - mean[i];
-        mean_gradient[i] = slope * deviation * inverse_variance;
+        let roughness = mean[i] - sample.smooth_mean[i];
+        squared_roughness += roughness * roughness;
+        mean_gradient[i] =
+            slope * deviation * inverse_variance + 2.0 * config.smoothness * weight * roughness;
         log_std_gradient[i] += slope * (deviation * deviation * inverse_variance - 1.0);
     }
     LossSums {
         surrogate: f64::from(free.max(clipped)),
         clipped: f64::from(u8::from(ratio != limited)),
+        roughness: f64::from(squared_roughness),
         ..LossSums::default()
     }
 }
@@ -148,6 +160,7 @@ mod tests {
         Sample {
             action: &[0.4, -1.0],
             old_mean: &[0.1, -0.5],
+            smooth_mean: &[0.3, -0.4],
             old_log_probability,
             old_value: 1.0,
             advantage,
@@ -157,13 +170,13 @@ mod tests {
 
     #[test]
     fn gradients_are_differences_of_the_loss_on_both_sides_of_the_clip() {
-        let config = Config::default();
+        let config = Config { smoothness: 0.7, ..Config::default() };
         let (mean, log_std) = ([0.2_f32, -0.7], [-0.3_f32, 0.1]);
         let loss = |mean: &[f32], log_std: &[f32], sample| {
             let (mut a, mut b) = ([0.0; 2], [0.0; 2]);
             let policy = Gaussian::new(log_std);
             let sums = surrogate(&config, sample, mean, &policy, 1.0, &mut a, &mut b);
-            (sums.surrogate, a, b)
+            (sums.surrogate + 0.7 * sums.roughness, a, b)
         };
         let now = Gaussian::new(&log_std).log_probability(&[0.4, -1.0], &mean);
         // Inside the range, above it, below it; for both signs of the advantage.

@@ -15,6 +15,8 @@ pub(crate) struct Rollout {
     pub(crate) observations: Vec<f32>,
     pub(crate) actions: Vec<f32>,
     pub(crate) means: Vec<f32>,
+    /// Between the means of the step before and the step after, in the same episode; the mean itself where there is neither.
+    pub(crate) smooth_means: Vec<f32>,
     pub(crate) log_probabilities: Vec<f32>,
     pub(crate) values: Vec<f32>,
     pub(crate) rewards: Vec<f32>,
@@ -39,6 +41,7 @@ impl Rollout {
             observations: vec![0.0; (samples + num_envs) * observation_dim],
             actions: vec![0.0; samples * action_dim],
             means: vec![0.0; samples * action_dim],
+            smooth_means: vec![0.0; samples * action_dim],
             log_probabilities: vec![0.0; samples],
             values: vec![0.0; samples],
             rewards: vec![0.0; samples],
@@ -68,7 +71,7 @@ impl Rollout {
 
     /// Numbers of a row: what is learned from in one sample.
     pub(crate) fn row_width(&self) -> usize {
-        self.observation_dim + 2 * self.action_dim + 4
+        self.observation_dim + 3 * self.action_dim + 4
     }
 
     /// Appends a sample's row to `out`.
@@ -77,6 +80,7 @@ impl Rollout {
         out.extend_from_slice(&self.observations[sample * width..][..width]);
         out.extend_from_slice(&self.actions[sample * actions..][..actions]);
         out.extend_from_slice(&self.means[sample * actions..][..actions]);
+        out.extend_from_slice(&self.smooth_means[sample * actions..][..actions]);
         out.extend([
             self.log_probabilities[sample],
             self.values[sample],
@@ -90,9 +94,11 @@ impl Rollout {
         let (observation, row) = row.split_at(self.observation_dim);
         let (action, row) = row.split_at(self.action_dim);
         let (mean, row) = row.split_at(self.action_dim);
+        let (smooth_mean, row) = row.split_at(self.action_dim);
         self.observations.extend_from_slice(observation);
         self.actions.extend_from_slice(action);
         self.means.extend_from_slice(mean);
+        self.smooth_means.extend_from_slice(smooth_mean);
         self.log_probabilities.push(row[0]);
         self.values.push(row[1]);
         self.advantages.push(row[2]);
@@ -106,6 +112,7 @@ impl Rollout {
             &mut self.observations,
             &mut self.actions,
             &mut self.means,
+            &mut self.smooth_means,
             &mut self.log_probabilities,
             &mut self.values,
             &mut self.advantages,
@@ -119,6 +126,29 @@ impl Rollout {
     pub(crate) fn start_over(&mut self) {
         let row = self.num_envs * self.observation_dim;
         self.observations.copy_within(self.steps * row.., 0);
+    }
+
+    /// Fills the smooth means.
+    pub(crate) fn smooth_means(&mut self) {
+        let (num_envs, steps, actions) = (self.num_envs, self.steps, self.action_dim);
+        let (means, terminated, truncated) = (&self.means, &self.terminated, &self.truncated);
+        let ends = |sample: usize| terminated[sample] || truncated[sample];
+        self.smooth_means.par_chunks_mut(num_envs * actions).enumerate().for_each(|(step, row)| {
+            for (env, smooth) in row.chunks_exact_mut(actions).enumerate() {
+                let sample = step * num_envs + env;
+                let of = |sample: usize| &means[sample * actions..][..actions];
+                let before = if step > 0 && !ends(sample - num_envs) { sample - num_envs } else { sample };
+                let after = if step + 1 < steps && !ends(sample) { sample + num_envs } else { sample };
+                let (before, after) = match (before == sample, after == sample) {
+                    (true, false) => (after, after),
+                    (false, true) => (before, before),
+                    _ => (before, after),
+                };
+                for ((smooth, before), after) in smooth.iter_mut().zip(of(before)).zip(of(after)) {
+                    *smooth = 0.5 * (before + after);
+                }
+            }
+        });
     }
 
     /// Fills advantages and value targets.
@@ -179,6 +209,25 @@ fn mean_and_scale(values: &[f32]) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn smooth_means_look_both_ways_within_an_episode() {
+        let mut rollout = Rollout::new(2, 4, 1, 1);
+        // Of environment 0: 0, 1, 4, 9. Its episode ends after the second step; environment 1 does nothing.
+        for (step, mean) in [0.0, 1.0, 4.0, 9.0].into_iter().enumerate() {
+            rollout.means[2 * step] = mean;
+        }
+        let smooth = |rollout: &mut Rollout| {
+            rollout.smooth_means();
+            rollout.smooth_means.chunks_exact(2).map(|row| row[0]).collect::<Vec<_>>()
+        };
+        assert_eq!(smooth(&mut rollout), [1.0, 2.0, 5.0, 4.0]);
+        rollout.truncated[2] = true;
+        assert_eq!(smooth(&mut rollout), [1.0, 0.0, 9.0, 4.0]);
+        rollout.terminated[4] = true;
+        assert_eq!(smooth(&mut rollout), [1.0, 0.0, 4.0, 9.0], "alone: itself");
+        assert!(rollout.smooth_means.chunks_exact(2).all(|row| row[1] == 0.0));
+    }
 
     #[test]
     fn normalized_numbers_have_mean_zero_and_deviation_one() {

@@ -72,6 +72,8 @@ pub struct Iteration {
     pub kl: f64,
     /// Share of samples beyond the clip range.
     pub clip_fraction: f64,
+    /// Mean squared distance of the mean action from halfway between its neighbors in time.
+    pub roughness: f64,
     /// Mean length of the gradient before limiting.
     pub gradient_norm: f64,
     /// Mean standard deviation of the actions.
@@ -283,6 +285,7 @@ impl<E: VecEnv> Trainer<E> {
             value_loss: mean(&|loss| loss.value),
             kl: mean(&|loss| loss.kl),
             clip_fraction: mean(&|loss| loss.clipped),
+            roughness: mean(&|loss| loss.roughness),
             gradient_norm: mean(&|loss| loss.gradient_norm),
             action_std: log_std.iter().map(|s| f64::from(s.exp())).sum::<f64>() / log_std.len() as f64,
             learning_rate: f64::from(self.learning_rate),
@@ -305,6 +308,7 @@ impl<E: VecEnv> Trainer<E> {
     /// Fills advantages, normalized over the samples of all ranks, and value targets.
     fn estimate_advantages(&mut self) {
         self.rollout.estimate_advantages(self.config.gamma, self.config.lambda);
+        self.rollout.smooth_means();
         let advantages = &mut self.rollout.advantages;
         // In the order of one rank with all environments, so that the sums round as its do.
         let all = if self.team.is_alone() {

@@ -41,7 +41,8 @@ pub struct GuidanceConfig {
     /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
     /// \[1/rad; -100 to 0\]. Source: docs/results.md, "Drift of the heading"; the paper: 0.
     pub heading_drift: f32,
-    /// Paid once for a fall \[1; -100 to 0\]. Source: the paper, 0.
+    /// Paid once for a fall \[1; -100 to 0\]. Source: docs/results.md, "The shipped pair": without it robots pulled back with 100 N
+    /// are let fall; the paper: 0.
     pub fall: f32,
     /// Differences between robots.
     pub randomization: Randomization,
@@ -62,7 +63,7 @@ impl Default for GuidanceConfig {
             threshold_margin_n: 1.0,
             command_rate: -1e-4,
             heading_drift: -2.0,
-            fall: 0.0,
+            fall: -3.0,
             randomization: Randomization::default(),
             reset: ResetSpread::default(),
         }

@@ -51,6 +51,10 @@ pub struct RewardConfig {
     /// Share of the commanded speed that is made along it, −1 to 1; 0 without one. It pulls evenly, where the others are
     /// flat, at those who go on but slowly, as on stairs \[1/s; 0 to 100\]. Source: ours.
     pub progress: f32,
+    /// Half the difference between the numbers of feet that carry on the one diagonal and on the other, unless told to
+    /// stand: 1 in a trot, 0 in a bound, a pace or standing. Without it mirror-symmetric policies came to bound, and both
+    /// front feet against a riser hold a robot fast \[1/s; 0 to 100\]. Source: ours.
+    pub trot: f32,
     /// Squared error at which the wide tracking terms are down to 1/e \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: Isaac
     /// Lab, 0.25.
     pub tracking_variance: f32,
@@ -73,10 +77,6 @@ pub struct RewardConfig {
     /// Swings longer than this are paid for, shorter ones fined \[s; 0 to 10\]. Source: Isaac Lab, 0.5; shorter steps stand a
     /// pull better.
     pub air_time_target_s: f32,
-    /// Half the difference between the numbers of feet that carry on the one diagonal and on the other, unless told to
-    /// stand: 1 in a trot, 0 in a bound, a pace or standing. Without it mirror-symmetric policies came to bound, and both
-    /// front feet against a riser hold a robot fast \[1/s; 0 to 100\]. Source: ours.
-    pub trot: f32,
     /// Number of thighs, knees, shanks and hand in contact \[1/s; -100 to 0\]. Source: Isaac Lab, −1 (thighs).
     pub undesired_contact: f32,
     /// g_x² + g_y² \[1/s; -100 to 0\]. Source: Isaac Lab, 0 rough, −5 flat.
@@ -91,7 +91,7 @@ pub struct RewardConfig {
     /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
     /// ours.
     pub fall: f32,
-    /// Strength of all terms but tracking and the fall at the start of training: with all of it from the start standing still
+    /// Strength of all terms but tracking, progress, the trot and the fall at the start of training: with all of it from the start standing still
     /// pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
     pub penalty_start: f32,
     /// Control steps until that strength has grown to 1; only those count during which robots walk as told (`ramp_tracking`
@@ -110,6 +110,7 @@ impl Default for RewardConfig {
             track_linear_velocity_fine: 0.5,
             track_yaw_rate_fine: 0.5,
             progress: 0.0,
+            trot: 0.0,
             tracking_variance: 0.25,
             fine_tracking_variance: 0.05,
             vertical_velocity: -2.0,
@@ -119,7 +120,6 @@ impl Default for RewardConfig {
             action_rate: -0.02,
             feet_air_time: 0.25,
             air_time_target_s: 0.25,
-            trot: 0.0,
             undesired_contact: -1.0,
             flat_orientation: -0.5,
             joint_limit: -1.0,
@@ -135,8 +135,8 @@ impl Default for RewardConfig {
 
 /// Number of terms.
 pub const TERMS: usize = 17;
-/// The first of them are for tracking the command.
-const TRACKING_TERMS: usize = 5;
+/// The first of them pay for going as told; the rest grow with [`RewardConfig::penalty_scale_at`].
+const PAYING_TERMS: usize = 6;
 
 type Value = fn(&StepQuantities<'_>, &RewardConfig) -> f32;
 type Term = (&'static str, fn(&RewardConfig) -> f32, Value);
@@ -160,13 +160,13 @@ const TERM_TABLE: [Term; TERMS] = [
         |q, w| (-yaw_error(q) / w.fine_tracking_variance).exp(),
     ),
     ("progress", |w| w.progress, |q, _| progress(q)),
+    ("trot", |w| w.trot, |q, _| trot(q)),
     ("vertical_velocity", |w| w.vertical_velocity, |q, _| square(q.motion.linear_velocity[2])),
     ("roll_pitch_rate", |w| w.roll_pitch_rate, |q, _| squares(&q.motion.angular_velocity[..2])),
     ("joint_torque", |w| w.joint_torque, |q, _| squares(q.joint_torque)),
     ("joint_acceleration", |w| w.joint_acceleration, |q, _| squares(q.joint_acceleration)),
     ("action_rate", |w| w.action_rate, |q, _| action_rate(q)),
     ("feet_air_time", |w| w.feet_air_time, feet_air_time),
-    ("trot", |w| w.trot, |q, _| trot(q)),
     ("undesired_contact", |w| w.undesired_contact, |q, _| q.undesired_contacts),
     ("flat_orientation", |w| w.flat_orientation, |q, _| squares(&q.motion.gravity[..2])),
     ("joint_limit", |w| w.joint_limit, |q, _| q.joint_excess),
@@ -180,13 +180,13 @@ pub fn term_names() -> [&'static str; TERMS] {
 }
 
 impl RewardConfig {
-    /// Weighted terms of a step of `dt` \[s\]; all but tracking are scaled by `penalty_scale`.
+    /// Weighted terms of a step of `dt` \[s\]; all but those that pay for going as told are scaled by `penalty_scale`.
     pub fn terms(&self, q: &StepQuantities<'_>, penalty_scale: f32, dt: f32) -> [f32; TERMS] {
         let mut terms = TERM_TABLE.map(|(_, weight, value)| {
             let weight = weight(self);
             if weight == 0.0 { 0.0 } else { weight * value(q, self) * dt }
         });
-        terms[TRACKING_TERMS..].iter_mut().for_each(|term| *term *= penalty_scale);
+        terms[PAYING_TERMS..].iter_mut().for_each(|term| *term *= penalty_scale);
         terms
     }
 
@@ -208,7 +208,7 @@ impl RewardConfig {
     /// Names the first one out of range.
     pub fn validate(&self) -> Result<(), String> {
         for (index, (name, weight, _)) in TERM_TABLE.into_iter().enumerate() {
-            let is_reward = index < TRACKING_TERMS || ["feet_air_time", "trot"].contains(&name);
+            let is_reward = index < PAYING_TERMS || name == "feet_air_time";
             let [low, high] = if is_reward { [0.0, 100.0] } else { [-100.0, 0.0] };
             within(&format!("reward.{name}"), weight(self), low, high)?;
         }
@@ -306,6 +306,7 @@ mod tests {
             track_linear_velocity_fine: 1.0,
             track_yaw_rate_fine: 1.0,
             progress: 1.0,
+            trot: 1.0,
             tracking_variance: 0.25,
             fine_tracking_variance: 0.05,
             vertical_velocity: 1.0,
@@ -315,7 +316,6 @@ mod tests {
             action_rate: 1.0,
             feet_air_time: 1.0,
             air_time_target_s: 0.5,
-            trot: 1.0,
             undesired_contact: 1.0,
             flat_orientation: 1.0,
             joint_limit: 1.0,
@@ -332,13 +332,13 @@ mod tests {
             (-5.0_f32).exp(),
             1.0,
             0.5,
+            0.5,
             0.01,
             0.05,
             4800.0,
             1200.0,
             3.0,
             0.0,
-            0.5,
             2.0,
             0.01,
             0.2,
@@ -357,8 +357,8 @@ mod tests {
         let terms = unit.terms(&still, 1.0, 1.0);
         assert!((terms[15] - 1.2).abs() < 1e-5);
         assert_eq!(terms[16], 3.0, "one foot of four carries");
-        assert_eq!(terms[4], 0.0, "told to stand there is no progress");
-        assert_eq!(terms[10..12], [0.0; 2], "neither air time nor a trot is paid for when told to stand");
+        assert_eq!(terms[4..6], [0.0; 2], "told to stand neither progress nor a trot is paid for");
+        assert_eq!(terms[11], 0.0, "nor air time");
         let gentle = unit.terms(&still, 0.5, 1.0);
         assert_eq!((gentle[1], gentle[15]), (terms[1], 0.5 * terms[15]), "tracking keeps its strength");
     }
@@ -377,7 +377,7 @@ mod tests {
     #[test]
     fn totals_by_hand() {
         let mut terms = [0.0; TERMS];
-        (terms[0], terms[1], terms[5]) = (0.02, 0.01, -0.05);
+        (terms[0], terms[1], terms[6]) = (0.02, 0.01, -0.05);
         let total = |only_positive, fell| {
             RewardConfig { only_positive, fall: -2.0, ..RewardConfig::default() }.total(&terms, fell)
         };
