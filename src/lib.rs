@@ -20,6 +20,7 @@ pub mod run_config;
 pub mod run_folder;
 mod say;
 pub mod server;
+pub mod session;
 pub mod stages;
 pub mod tensorboard;
 pub mod time_to_quality;

@@ -11,8 +11,9 @@ use crate::machine::processor_s;
 use crate::metrics::MetricsTable;
 use crate::progress::short_count;
 use crate::run_folder::RunFolder;
+use crate::session::Session;
 use crate::stages::Place;
-use crate::training::{Learner, Session};
+use crate::training::Learner;
 
 /// When a trial has ended, and how often it is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,11 +11,12 @@ use policy::Mirror;
 use crate::{
     config::Config,
     exchange::Exchange,
-    loss::{Gaussian, LossSums, Sample, surrogate, value_loss},
-    network::{Activations, Architecture, PackedNetwork, store_rows},
+    loss::{Gaussian, LossSums},
+    network::{Architecture, PackedNetwork, store_rows},
     panels::{Precision, ROWS},
     partials::Partials,
     rollout::Rollout,
+    slot::Slot,
 };
 
 /// Rows that go through the networks together.
@@ -23,7 +24,7 @@ pub(crate) const TILE: usize = 256;
 /// Parameters a thread squares at a time.
 const CHUNK: usize = 16_384;
 /// Marks a row that is to be learned from in its mirror image.
-const MIRRORED: u32 = 1 << 31;
+pub(crate) const MIRRORED: u32 = 1 << 31;
 
 /// Actor and critic, and where their parameters are: actor, critic, log standard deviations.
 #[derive(Clone, Debug)]
@@ -43,7 +44,7 @@ impl Networks {
         let (critic, log_std) = rest.split_at(self.critic.num_parameters());
         (actor, critic, log_std)
     }
-    fn split_mut<'a>(&self, all: &'a mut [f32]) -> (&'a mut [f32], &'a mut [f32], &'a mut [f32]) {
+    pub(crate) fn split_mut<'a>(&self, all: &'a mut [f32]) -> (&'a mut [f32], &'a mut [f32], &'a mut [f32]) {
         let (actor, rest) = all.split_at_mut(self.actor.num_parameters());
         let (critic, log_std) = rest.split_at_mut(self.critic.num_parameters());
         (actor, critic, log_std)
@@ -74,20 +75,6 @@ pub(crate) trait Engine: Send {
         means: Option<&mut [f32]>,
         values: &mut [f32],
     );
-}
-
-/// One partial gradient and its scratch memory.
-#[derive(Clone, Debug)]
-struct Slot<P: Precision> {
-    observations: Vec<f32>,
-    input: P::Panels,
-    actor: Activations<P>,
-    critic: Activations<P>,
-    gradient: Vec<f32>,
-    sums: LossSums,
-    mirrored_action: Vec<f32>,
-    mirrored_mean: Vec<f32>,
-    mirrored_smooth_mean: Vec<f32>,
 }
 
 /// Networks and scratch memory in one precision; all of it made once.
@@ -130,18 +117,7 @@ pub(crate) struct Objective<'a> {
 
 impl<P: Precision> Workspace<P> {
     pub(crate) fn new(networks: &Networks, partials: Partials) -> Self {
-        let inputs = networks.actor.inputs();
-        let slot = Slot {
-            observations: vec![0.0; TILE * inputs],
-            input: P::panels(TILE, inputs),
-            actor: networks.actor.activations(TILE),
-            critic: networks.critic.activations(TILE),
-            gradient: vec![0.0; networks.num_parameters()],
-            sums: LossSums::default(),
-            mirrored_action: vec![0.0; networks.actions],
-            mirrored_mean: vec![0.0; networks.actions],
-            mirrored_smooth_mean: vec![0.0; networks.actions],
-        };
+        let slot = Slot::new(networks);
         let (actor, critic) = (networks.actor.packed(), networks.critic.packed());
         Self { actor, critic, slots: vec![slot; partials.own().count()], partials }
     }
@@ -263,80 +239,6 @@ impl<P: Precision> Engine for Workspace<P> {
     }
 }
 
-impl<P: Precision> Slot<P> {
-    /// Takes one tile of rows through forward, loss and backward.
-    fn tile(
-        &mut self,
-        (actor, critic): (&PackedNetwork<P>, &PackedNetwork<P>),
-        objective: Objective<'_>,
-        rollout: &Rollout,
-        rows: &[u32],
-        weight: f32,
-    ) {
-        let Objective { networks, .. } = objective;
-        self.load(objective, rollout, rows);
-        networks.actor.forward(actor, rows.len(), &self.input, &mut self.actor);
-        networks.critic.forward(critic, rows.len(), &self.input, &mut self.critic);
-        self.differentiate(objective, rollout, rows, weight);
-        let (actor_gradient, critic_gradient, _) = networks.split_mut(&mut self.gradient);
-        networks.actor.backward(actor, rows.len(), &self.input, &mut self.actor, actor_gradient);
-        networks.critic.backward(critic, rows.len(), &self.input, &mut self.critic, critic_gradient);
-    }
-
-    /// Gathers the observations of the rows.
-    fn load(&mut self, objective: Objective<'_>, rollout: &Rollout, rows: &[u32]) {
-        let width = rollout.observation_dim;
-        for (&row, gathered) in rows.iter().zip(self.observations.chunks_exact_mut(width)) {
-            let sample = (row & !MIRRORED) as usize;
-            let observation = &rollout.observations[sample * width..][..width];
-            match objective.mirror.filter(|_| row & MIRRORED != 0) {
-                Some(mirror) => Mirror::apply(&mirror.observation, observation, gathered),
-                None => gathered.copy_from_slice(observation),
-            }
-        }
-        store_rows::<P>(&self.observations, width, rows.len(), &mut self.input);
-    }
-
-    /// Fills the gradients of the networks' outputs.
-    fn differentiate(&mut self, objective: Objective<'_>, rollout: &Rollout, rows: &[u32], weight: f32) {
-        let Objective { config, networks, noise, old_noise, .. } = objective;
-        let actions = networks.actions;
-        let (_, _, log_std_gradient) = networks.split_mut(&mut self.gradient);
-        let means = self.actor.output.chunks_exact(actions);
-        let mean_gradients = self.actor.output_gradient.chunks_exact_mut(actions);
-        let values = self.critic.output.iter();
-        let value_gradients = self.critic.output_gradient.iter_mut();
-        let outputs = means.zip(mean_gradients).zip(values.zip(value_gradients));
-        for (&row, ((mean, mean_gradient), (&value, value_gradient))) in rows.iter().zip(outputs) {
-            let i = (row & !MIRRORED) as usize;
-            let mut sample = Sample {
-                action: &rollout.actions[i * actions..][..actions],
-                old_mean: &rollout.means[i * actions..][..actions],
-                smooth_mean: &rollout.smooth_means[i * actions..][..actions],
-                old_log_probability: rollout.log_probabilities[i],
-                old_value: rollout.values[i],
-                advantage: rollout.advantages[i],
-                value_target: rollout.value_targets[i],
-            };
-            if let Some(mirror) = objective.mirror.filter(|_| row & MIRRORED != 0) {
-                Mirror::apply(&mirror.action, sample.action, &mut self.mirrored_action);
-                Mirror::apply(&mirror.action, sample.old_mean, &mut self.mirrored_mean);
-                sample.action = &self.mirrored_action;
-                sample.old_mean = &self.mirrored_mean;
-                Mirror::apply(&mirror.action, sample.smooth_mean, &mut self.mirrored_smooth_mean);
-                sample.smooth_mean = &self.mirrored_smooth_mean;
-            } else {
-                self.sums.kl += f64::from(old_noise.divergence(sample.old_mean, noise, mean));
-            }
-            let sums = surrogate(config, sample, mean, noise, weight, mean_gradient, log_std_gradient);
-            self.sums.add(&sums);
-            let (loss, gradient) = value_loss(config, sample, value, weight);
-            self.sums.value += loss;
-            *value_gradient = gradient;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use spatial::{Philox, Purpose};
@@ -356,7 +258,8 @@ mod tests {
         networks.critic.initialize(1, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
         let mut rollout = Rollout::new(700, 1, 4, 2);
         let mut random = Philox::new(2, 0, 0, 0, Purpose::Evaluation);
-        for value in rollout.observations.iter_mut().chain(&mut rollout.actions).chain(&mut rollout.means) {
+        let Rollout { observations, actions, means, smooth_means, .. } = &mut rollout;
+        for value in [observations, actions, means, smooth_means].into_iter().flatten() {
             *value = random.uniform(-1.0, 1.0);
         }
         for i in 0..700 {
@@ -366,7 +269,7 @@ mod tests {
             rollout.advantages[i] = random.normal();
             rollout.value_targets[i] = random.uniform(-1.0, 1.0);
         }
-        (Config::default(), networks, parameters, rollout)
+        (Config { smoothness: 0.3, ..Config::default() }, networks, parameters, rollout)
     }
 
     fn mirror() -> Mirror {
@@ -387,7 +290,8 @@ mod tests {
         let rows: Vec<u32> = (0..700).collect();
         let loss = workspace.differentiate(objective, &rollout, &rows, &Alone, &mut gradient);
         let entropy: f32 = log_std.iter().sum();
-        let total = loss.surrogate + loss.value - f64::from(config.entropy_coefficient * entropy);
+        let total = loss.surrogate + loss.value + f64::from(config.smoothness) * loss.roughness
+            - f64::from(config.entropy_coefficient * entropy);
         (loss, gradient, total)
     }
 

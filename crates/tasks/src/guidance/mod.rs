@@ -4,6 +4,7 @@ mod behavior;
 mod config;
 mod environment;
 mod force;
+mod guided_squad;
 mod heading_drift;
 mod metrics;
 mod supervisor;

@@ -1,0 +1,163 @@
+//! What the iterations of a training leave in its run's folder: two records of numbers, and checkpoints.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result};
+
+use crate::metrics::MetricsTable;
+use crate::run_folder::{RunFolder, write_atomic};
+use crate::tensorboard::EventWriter;
+use crate::training::{Learner, TrainingSettings};
+
+/// A training of this process: what its iterations leave in the run's folder.
+pub struct Session<'a> {
+    run: &'a RunFolder,
+    log: Log,
+    checkpoints: Checkpoints<'a>,
+}
+
+impl<'a> Session<'a> {
+    /// Goes on after iteration `first`.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn open(run: &'a RunFolder, settings: &'a TrainingSettings, first: u64) -> Result<Self> {
+        let log = Log::open(run, first)?;
+        Ok(Self { run, log, checkpoints: Checkpoints::new(run, settings)? })
+    }
+
+    /// Numbers of the iterations so far.
+    pub fn rows(&self) -> impl Iterator<Item = (u64, Vec<(String, f64)>)> {
+        self.log.table.rows()
+    }
+
+    /// Makes an iteration and records it; returns its numbers.
+    ///
+    /// # Errors
+    /// The learner breaks down or the disk refuses; the last good checkpoint is named.
+    pub fn iterate(&mut self, learner: &mut dyn Learner) -> Result<Vec<(String, f64)>> {
+        let began = Instant::now();
+        let mut row = learner.iterate().with_context(|| last_good(self.run))?;
+        let rate = learner.steps_per_iteration() as f64 / began.elapsed().as_secs_f64();
+        row.push(("steps_per_s".into(), rate));
+        self.log.append(learner.iteration(), &row).with_context(|| last_good(self.run))?;
+        self.checkpoints.note(&row);
+        Ok(row)
+    }
+
+    /// Whether it is time to save.
+    pub fn is_due(&self) -> bool {
+        self.checkpoints.is_due()
+    }
+
+    /// Saves the learner as it is now.
+    ///
+    /// # Errors
+    /// The disk refuses; the last good checkpoint is named.
+    pub fn save(&mut self, learner: &dyn Learner) -> Result<()> {
+        let saved = self.checkpoints.save(learner).and_then(|()| self.log.distributions(learner));
+        saved.with_context(|| last_good(self.run))
+    }
+}
+
+fn last_good(run: &RunFolder) -> String {
+    match run.checkpoints().ok().and_then(|found| found.into_iter().next()) {
+        Some((_, path)) => format!("training stopped; the last good checkpoint is {}", path.display()),
+        None => "training stopped before its first checkpoint".into(),
+    }
+}
+
+/// The two records of a run's numbers: one for programs, one for TensorBoard.
+struct Log {
+    folder: PathBuf,
+    table: MetricsTable,
+    events: EventWriter,
+}
+
+impl Log {
+    fn open(run: &RunFolder, first: u64) -> Result<Self> {
+        let path = run.file("metrics.csv");
+        let table =
+            MetricsTable::open(&path, first).with_context(|| format!("cannot use {}", path.display()))?;
+        let begin = || format!("cannot begin an event file in {}", run.path().display());
+        let events = EventWriter::create(run.path(), first + 1).with_context(begin)?;
+        Ok(Self { folder: run.path().to_owned(), table, events })
+    }
+
+    fn append(&mut self, iteration: u64, row: &[(String, f64)]) -> Result<()> {
+        let path = || format!("cannot write {}", self.folder.join("metrics.csv").display());
+        self.table.append(iteration, row).with_context(path)?;
+        let scalars = row.iter().map(|(name, value)| (name.as_str(), *value));
+        self.events.scalars(iteration, scalars).with_context(|| cannot_write_events(&self.folder))
+    }
+
+    fn distributions(&mut self, learner: &dyn Learner) -> Result<()> {
+        let values = learner.distributions();
+        let written = self.events.histograms(learner.iteration(), &values);
+        written.with_context(|| cannot_write_events(&self.folder))
+    }
+}
+
+fn cannot_write_events(folder: &Path) -> String {
+    format!("cannot write the event file in {}", folder.display())
+}
+
+/// When to save, what to keep, and which was the best.
+struct Checkpoints<'a> {
+    run: &'a RunFolder,
+    settings: &'a TrainingSettings,
+    saved_at: Instant,
+    /// Sum and number of the score since the last checkpoint.
+    score: (f64, u32),
+    best: f64,
+}
+
+impl<'a> Checkpoints<'a> {
+    fn new(run: &'a RunFolder, settings: &'a TrainingSettings) -> Result<Self> {
+        let best =
+            std::fs::read_to_string(best_score_path(run)).ok().and_then(|text| text.trim().parse().ok());
+        let best = best.unwrap_or(f64::NEG_INFINITY);
+        Ok(Self { run, settings, saved_at: Instant::now(), score: (0.0, 0), best })
+    }
+
+    /// Takes an iteration's score into account.
+    fn note(&mut self, row: &[(String, f64)]) {
+        if let Some((_, value)) = row.iter().find(|(name, _)| *name == self.settings.score) {
+            self.score = (self.score.0 + value, self.score.1 + 1);
+        }
+    }
+
+    fn is_due(&self) -> bool {
+        self.saved_at.elapsed() >= Duration::from_secs_f64(self.settings.checkpoint_period_s)
+    }
+
+    fn save(&mut self, learner: &dyn Learner) -> Result<()> {
+        let path = self.run.checkpoint(learner.iteration());
+        learner.save(&path).with_context(|| format!("cannot save {}", path.display()))?;
+        let policy = self.run.file("policy.onnx");
+        learner.export(&policy).with_context(|| format!("cannot save {}", policy.display()))?;
+        self.keep_best(&path)?;
+        self.run
+            .prune_checkpoints(self.settings.checkpoints_kept)
+            .context("cannot remove old checkpoints")?;
+        self.saved_at = Instant::now();
+        Ok(())
+    }
+
+    fn keep_best(&mut self, newest: &Path) -> Result<()> {
+        let (sum, count) = std::mem::take(&mut self.score);
+        let mean = sum / f64::from(count);
+        if count == 0 || mean.partial_cmp(&self.best) != Some(std::cmp::Ordering::Greater) {
+            return Ok(());
+        }
+        self.best = mean;
+        write_atomic(&self.run.best_checkpoint(), &std::fs::read(newest)?)
+            .and_then(|()| write_atomic(&best_score_path(self.run), format!("{mean}\n").as_bytes()))
+            .with_context(|| format!("cannot keep {}", self.run.best_checkpoint().display()))
+    }
+}
+
+fn best_score_path(run: &RunFolder) -> PathBuf {
+    run.best_checkpoint().with_extension("score")
+}
