@@ -61,6 +61,21 @@ pub fn side_by_side(one: &Results, other: &Results) -> String {
     text
 }
 
+/// The median of some values and, where they differ, the least and the greatest: `0.80 (0.75 to 0.90)`. What is missing is called
+/// "not", and counts as greater than any number.
+pub fn spread(mut values: Vec<Option<f64>>, decimals: usize) -> String {
+    values.sort_by(|a, b| a.unwrap_or(f64::INFINITY).total_cmp(&b.unwrap_or(f64::INFINITY)));
+    let show = |value: Option<f64>| value.map_or_else(|| "not".into(), |value| format!("{value:.decimals$}"));
+    match values.as_slice() {
+        [] => String::new(),
+        [first, .., last] if show(*first) == show(*last) => show(*first),
+        [only] => show(*only),
+        [first, .., last] => {
+            format!("{} ({} to {})", show(values[(values.len() - 1) / 2]), show(*first), show(*last))
+        }
+    }
+}
+
 fn head(results: &Results) -> String {
     let level = if results.ground == "flat" { String::new() } else { format!(" of level {}", results.level) };
     let engine = results.engine.as_ref().map(|engine| format!(" in {engine}")).unwrap_or_default();

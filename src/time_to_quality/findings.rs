@@ -6,6 +6,7 @@ use evaluation::report::{Panel, Stroke, panels_svg};
 use serde::{Deserialize, Serialize};
 
 use super::Task;
+use crate::result_tables::spread;
 
 /// What one training came to.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -90,20 +91,6 @@ pub fn table(findings: &[Finding]) -> String {
         }
     }
     text
-}
-
-/// Median and range; what is missing is beyond all others, and written "not".
-fn spread(mut values: Vec<Option<f64>>, decimals: usize) -> String {
-    values.sort_by(|a, b| a.unwrap_or(f64::INFINITY).total_cmp(&b.unwrap_or(f64::INFINITY)));
-    let show = |value: Option<f64>| value.map_or_else(|| "not".into(), |value| format!("{value:.decimals$}"));
-    match values.as_slice() {
-        [] => String::new(),
-        [first, .., last] if show(*first) == show(*last) => show(*first),
-        [only] => show(*only),
-        [first, .., last] => {
-            format!("{} ({} to {})", show(values[(values.len() - 1) / 2]), show(*first), show(*last))
-        }
-    }
 }
 
 /// Score over minutes of training: a panel a task, a color a variant, a line a seed.

@@ -31,6 +31,10 @@ pub struct DisturbanceConfig {
     pub base_share: f32,
     /// Share of disturbances at the hand; what is left over is rest \[1; 0 to 1\]. Source: ours.
     pub hand_share: f32,
+    /// Share of the forces at the hand that are meant: while they last robots are told to do what Table II says of them, as a
+    /// supervisor will tell them. Commands drawn by themselves hardly ever say to stop just when a strong pull back sets in
+    /// \[1; 0 to 1\]. Source: docs/results.md, "Pulls that are meant"; the paper: 0.
+    pub meant_share: f32,
     /// How long a force lasts, from and to \[s; 0.02 to 1000\]. Source: ours, from a tug to a pull as long as the paper's.
     pub duration_s: [f32; 2],
     /// Time from one beginning to the next, from and to \[s; 0.02 to 1000\]. Source: ours.
@@ -48,6 +52,7 @@ impl Default for DisturbanceConfig {
             hand_force_z_n: 40.0,
             base_share: 0.2,
             hand_share: 0.55,
+            meant_share: 0.0,
             duration_s: [0.25, 5.0],
             period_s: [3.0, 8.0],
         }
@@ -61,6 +66,8 @@ pub struct Disturbance {
     pub base_force: [f32; 3],
     /// At the hand, heading frame \[N\].
     pub hand_force: [f32; 3],
+    /// Whether the force at the hand says what to do.
+    pub meant: bool,
     /// How long \[s\].
     pub duration_s: f32,
     /// When the next begins \[s\].
@@ -79,6 +86,7 @@ impl DisturbanceConfig {
         within("disturbance.hand_force_z_n", self.hand_force_z_n, 0.0, 1000.0)?;
         within("disturbance.base_share", self.base_share, 0.0, 1.0)?;
         within("disturbance.hand_share", self.hand_share, 0.0, 1.0 - self.base_share)?;
+        within("disturbance.meant_share", self.meant_share, 0.0, 1.0)?;
         ordered_within("disturbance.hand_force_x_n", self.hand_force_x_n, -1000.0, 1000.0)?;
         ordered_within("disturbance.duration_s", self.duration_s, 0.02, 1000.0)?;
         ordered_within("disturbance.period_s", self.period_s, 0.02, 1000.0)
@@ -99,6 +107,7 @@ impl DisturbanceConfig {
         Disturbance {
             base_force: if on_base { base } else { [0.0; 3] },
             hand_force: if at_hand { hand } else { [0.0; 3] },
+            meant: at_hand && random.uniform01() < self.meant_share,
             duration_s,
             period_s,
         }
@@ -128,6 +137,11 @@ mod tests {
             assert!((0.25..=5.0).contains(&d.duration_s) && (3.0..=8.0).contains(&d.period_s));
         }
         assert!(share(&|d| d.hand_force[1] > 50.0) > 0.03);
+        assert!(drawn.iter().all(|d| !d.meant), "unless asked for");
+        let meant = DisturbanceConfig { meant_share: 0.5, ..config.clone() };
+        let meant: Vec<_> = (0..10_000).map(|_| meant.draw(1.0, &mut random)).filter(|d| d.meant).collect();
+        assert!(meant.iter().all(|d| d.hand_force != [0.0; 3]));
+        assert!((meant.len() as f32 / 10_000.0 - 0.275).abs() < 0.02, "{}", meant.len());
         let halved = config.draw(0.5, &mut Philox::new(1, 0, 0, 0, Purpose::Disturbance));
         assert!(halved.hand_force[0].abs() <= 50.0);
     }

@@ -7,6 +7,7 @@ mod environment;
 mod metrics;
 pub mod reward;
 mod robot_task;
+mod task_group;
 
 pub use command::CommandConfig;
 pub use config::{LocomotionConfig, Terrain};

@@ -1,5 +1,7 @@
 //! Every number and picture of docs/results.md about the shipped policies, in parts that are kept once they are made.
 
+mod ablations;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -85,6 +87,9 @@ pub fn make(folder: &Path, episodes: usize, seed: u64, interrupt: &Interrupt) ->
         }
         maker.other_engine(ground)?;
     }
+    if !maker.ablations(interrupt)? || !maker.swaps(interrupt)? {
+        return Ok(false);
+    }
     crate::say!("everything: {}", maker.folder.display());
     Ok(true)
 }
@@ -106,9 +111,13 @@ impl Maker {
     }
 
     fn arena(&self, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {
+        self.arena_of(SHIPPED, ground, randomize, episodes)
+    }
+
+    fn arena_of(&self, walk: &str, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {
         let level = ground.level(LEVEL);
         let setting = Setting { ground, level, randomize, episodes, seed: self.seed };
-        Arena::new(policies::locomotion(SHIPPED)?, setting).map_err(anyhow::Error::msg)
+        Arena::new(policies::locomotion(walk)?, setting).map_err(anyhow::Error::msg)
     }
 
     /// What a part has found, if it was finished with the same episodes and seed.

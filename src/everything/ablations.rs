@@ -1,0 +1,176 @@
+//! What each part of the supervisor's training is worth: trainings with one thing changed, and pairs of other walks and supervisors.
+
+use std::path::Path;
+
+use anyhow::{Context as _, Result};
+use evaluation::judge::Ground;
+use evaluation::results::{Group, Results};
+use evaluation::suite::suite;
+
+use super::Maker;
+use crate::config::resolve_text;
+use crate::interrupt::Interrupt;
+use crate::judging::{Names, judge};
+use crate::learner::{Start, learn};
+use crate::policies::{self, SHIPPED};
+use crate::result_tables::spread;
+use crate::run_config::SupervisorRun;
+use crate::run_folder::RunFolder;
+use crate::stages::{self, Place, learn_all};
+use crate::training::Outcome;
+
+/// Trainings of every ablation.
+const SEEDS: u64 = 3;
+
+/// One thing that is other than in `guidedog config supervisor`: its name and its settings.
+const ABLATIONS: [(&str, &[&str]); 9] = [
+    ("ours", &[]),
+    ("no-symmetry", &["ppo.symmetry=false"]),
+    ("no-drift-term", &["task.heading_drift=0"]),
+    (
+        "paper-forces",
+        &["task.pull.x_n=[-80, 0]", "task.pull.y_n=[-40, 40]", "task.pull.near_threshold_share=0"],
+    ),
+    (
+        "paper-task",
+        &[
+            "task.pull.x_n=[-80, 0]",
+            "task.pull.y_n=[-40, 40]",
+            "task.pull.near_threshold_share=0",
+            "task.threshold_margin_n=0",
+            "task.heading_drift=0",
+            "task.fall=0",
+        ],
+    ),
+    ("force-noise", &["task.pull.noise_n=2"]),
+    ("no-price-on-falls", &["task.fall=0"]),
+    ("every-0.02-s", &["task.supervisor_period_s=0.02"]),
+    ("every-0.2-s", &["task.supervisor_period_s=0.2"]),
+];
+
+impl Maker {
+    /// All ablations, three seeds each, and their table; false if the user interrupts.
+    pub(super) fn ablations(&self, interrupt: &Interrupt) -> Result<bool> {
+        let mut rows = Vec::new();
+        for (name, settings) in ABLATIONS {
+            let mut found = Vec::new();
+            for seed in 1..=SEEDS {
+                let run = format!("ablation-{name}-{seed}");
+                let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+                let settings = [settings, vec![format!("training.seed={seed}")]].concat();
+                let Some(policy) = self.supervisor(&run, &settings, interrupt)? else { return Ok(false) };
+                found.push(self.pair(&run, SHIPPED, &policy)?);
+            }
+            rows.push((name.to_owned(), found));
+        }
+        let head = format!(
+            "supervisors trained with one thing changed, {SEEDS} seeds each, median (lowest to highest); paper17 on level ground, {} episodes a \
+             case, randomized robots\n",
+            self.episodes
+        );
+        self.write("ablations", "txt", (head + &table(&rows)).as_bytes())?;
+        Ok(true)
+    }
+
+    /// Every pairing of the shipped policies with others: a walk of level ground and the supervisor trained over it. False if the
+    /// user interrupts.
+    pub(super) fn swaps(&self, interrupt: &Interrupt) -> Result<bool> {
+        let stages = stages::resolve(stages::FLAT, &[])?;
+        let names = stages.iter().map(|(name, _)| name.as_str());
+        let place = Place::open(&self.folder, "other-walk", names)?;
+        if learn_all(&place, &stages, interrupt)? == Outcome::Interrupted {
+            return Ok(false);
+        }
+        let walk = text(&place.stage(stages.len() - 1).file("policy.onnx"))?;
+        let over_it = [format!("task.locomotion={walk:?}"), "task.terrain=\"flat\"".into()];
+        let Some(other) = self.supervisor("other-supervisor", &over_it, interrupt)? else { return Ok(false) };
+        let mut rows = Vec::new();
+        for (walk_name, walk) in [("shipped", SHIPPED), ("other", &walk)] {
+            for (name, supervisor) in [("shipped", SHIPPED), ("other", &other)] {
+                let found = self.pair(&format!("swap-{walk_name}-{name}"), walk, supervisor)?;
+                rows.push((format!("{walk_name} walk, {name} supervisor"), vec![found]));
+            }
+        }
+        let head = format!(
+            "the shipped policies and others of level ground, paired; paper17 on level ground, {} episodes a case, randomized robots\n",
+            self.episodes
+        );
+        self.write("swaps", "txt", (head + &table(&rows)).as_bytes())?;
+        Ok(true)
+    }
+
+    /// Trains a supervisor in a run folder here, or finds it trained; `None` if the user interrupts.
+    fn supervisor(&self, name: &str, settings: &[String], interrupt: &Interrupt) -> Result<Option<String>> {
+        let config: SupervisorRun = resolve_text("defaults", "", settings)?;
+        config.validate()?;
+        eprintln!("{name}");
+        let run = RunFolder::open(&self.folder, name)?;
+        let outcome = learn(&run, &config, &Start::Resume, interrupt, None)?;
+        Ok(if outcome == Outcome::Finished { Some(text(&run.file("policy.onnx"))?) } else { None })
+    }
+
+    /// A pair of policies under `paper17`, on randomized robots.
+    fn pair(&self, name: &str, walk: &str, supervisor: &str) -> Result<Results> {
+        if let Some(results) = self.finished(name, self.episodes) {
+            return Ok(results);
+        }
+        let arena = self.arena_of(walk, Ground::Flat, true, self.episodes)?;
+        let cases = suite("paper17").context("the suite paper17")?;
+        let names = Names { suite: "paper17".into(), locomotion: walk.into(), supervisor: supervisor.into() };
+        let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, None)?;
+        self.keep(name, &results)?;
+        Ok(results)
+    }
+}
+
+fn text(path: &Path) -> Result<String> {
+    Ok(path.to_str().with_context(|| format!("{}: is no UTF-8", path.display()))?.to_owned())
+}
+
+/// A line a name: behavior reward, episodes obeyed by group, falls.
+fn table(rows: &[(String, Vec<Results>)]) -> String {
+    let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let mut text = format!(
+        "\n{:width$} {:>22} {:>22} {:>22} {:>22} {:>22}\n",
+        "", "behavior reward", "trained", "edge", "outside", "falls per 1000"
+    );
+    for (name, results) in rows {
+        let column = |of: &dyn Fn(&Results) -> Option<f64>, decimals| {
+            spread(results.iter().map(of).collect(), decimals)
+        };
+        let [trained, edge, outside] =
+            [Group::Trained, Group::Edge, Group::Outside].map(|group| column(&|r| r.group_success(group), 3));
+        let (reward, falls) = (column(&|r| Some(r.reward.total), 3), column(&|r| r.falls_per_1000, 1));
+        text += &format!("{name:width$} {reward:>22} {trained:>22} {edge:>22} {outside:>22} {falls:>22}\n");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_ablation_changes_something_that_can_be_trained() {
+        let plain: SupervisorRun = resolve_text("defaults", "", &[]).unwrap();
+        for (name, settings) in ABLATIONS {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+            let config: SupervisorRun = resolve_text("defaults", "", &settings).unwrap();
+            config.validate().unwrap();
+            assert_eq!(config == plain, name == "ours", "{name}");
+        }
+    }
+
+    #[test]
+    fn a_table_has_a_line_a_name_with_its_spread() {
+        let results = |reward: f64| {
+            let mut results = Results { falls_per_1000: Some(2.0), ..Results::default() };
+            results.reward.total = reward;
+            results
+        };
+        let table = table(&[("ours".into(), vec![results(0.7), results(0.9), results(0.8)])]);
+        let line = table.lines().last().unwrap();
+        assert!(line.starts_with("ours") && line.contains("0.800 (0.700 to 0.900)"), "{line}");
+        assert!(line.ends_with("2.0"), "{line}");
+    }
+}
