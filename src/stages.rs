@@ -34,7 +34,7 @@ macro_rules! stage {
 
 /// Walking on level ground, from nothing, in a quarter of an hour.
 pub const FLAT: &[StageFile] = &[stage!("level"), stage!("flat")];
-/// Walking on rough ground, from nothing: the shipped walk.
+/// Walking on rough ground, from nothing, in little more than an hour.
 pub const ROUGH: &[StageFile] = &[stage!("level"), stage!("rough"), stage!("precise")];
 
 /// Names and settings of stages, all under `settings` (`key=value` each).
