@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let usual = if arguments.from_scratch { "from-scratch" } else { "reproduce" };
     let name = arguments.name.as_deref().unwrap_or(usual);
     let seed = format!("training.seed={}", arguments.seed);
-    let mut settings = [&[seed.clone()], &arguments.set[..]].concat();
+    let mut settings = [std::slice::from_ref(&seed), &arguments.set[..]].concat();
     if arguments.from_scratch {
         let stages = stages::resolve(stages::FLAT, &[seed])?;
         let names = stages.iter().map(|(name, _)| name.as_str());
