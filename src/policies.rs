@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use anyhow::{Context as _, Result};
 use policy::{OnnxPolicy, load_onnx, read_onnx};
 use tasks::guidance::{LocomotionPolicy, Supervisor, SupervisorPolicy};
 
@@ -18,6 +19,14 @@ pub const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
 /// Checksum of both shipped policies, by which results of others are told from theirs.
 pub fn shipped_checksum() -> u32 {
     crc32c::crc32c_append(crc32c::crc32c(LOCOMOTION), SUPERVISOR)
+}
+
+/// The name by which the policy in a file is asked for here.
+///
+/// # Errors
+/// The path is not UTF-8.
+pub fn name(path: &Path) -> Result<&str> {
+    path.to_str().with_context(|| format!("{}: is no UTF-8", path.display()))
 }
 
 /// The policy in a file, or `shipped`.

@@ -2,7 +2,7 @@
 //!
 //! Few robots with many updates find the first steps, many robots with one pass over their samples the rest (docs/results.md).
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
@@ -105,20 +105,26 @@ impl Place {
     }
 }
 
-/// Trains one stage after the other, from where they were; at the end the policy is in the last stage's folder.
+/// Trains one stage after the other in `root/name`, from where they were, all under `settings`; the file of the last one's
+/// policy, or `None` if the user interrupts.
 ///
 /// # Errors
-/// As [`learn`].
+/// As [`resolve`], [`Place::open`] and [`learn`].
 pub fn learn_all(
-    place: &Place,
-    stages: &[(String, LocomotionRun)],
+    root: &Path,
+    name: &str,
+    stages: &[StageFile],
+    settings: &[String],
     interrupt: &Interrupt,
-) -> Result<Outcome> {
+) -> Result<Option<PathBuf>> {
+    let stages = resolve(stages, settings)?;
+    let place = Place::open(root, name, stages.iter().map(|(name, _)| name.as_str()))?;
+    eprintln!("learning to walk, in {}", place.run().path().display());
     for (index, (_, config)) in stages.iter().enumerate() {
         let outcome = learn(place.stage(index), config, &place.start(index)?, interrupt, None)?;
         if outcome == Outcome::Interrupted {
-            return Ok(outcome);
+            return Ok(None);
         }
     }
-    Ok(Outcome::Finished)
+    Ok(Some(place.stage(stages.len() - 1).file("policy.onnx")))
 }

@@ -1,10 +1,8 @@
 //! What each part of the supervisor's training is worth: trainings with one thing changed, and pairs of other walks and supervisors.
 
-use std::path::Path;
-
 use anyhow::{Context as _, Result};
 use evaluation::judge::Ground;
-use evaluation::results::{Group, Results};
+use evaluation::results::{BehaviorReward, Group, Results};
 use evaluation::suite::suite;
 
 use super::Maker;
@@ -16,7 +14,7 @@ use crate::policies::{self, SHIPPED};
 use crate::result_tables::spread;
 use crate::run_config::SupervisorRun;
 use crate::run_folder::RunFolder;
-use crate::stages::{self, Place, learn_all};
+use crate::stages;
 use crate::training::Outcome;
 
 /// Trainings of every ablation.
@@ -52,14 +50,16 @@ impl Maker {
     /// All ablations, three seeds each, and their table; false if the user interrupts.
     pub(super) fn ablations(&self, interrupt: &Interrupt) -> Result<bool> {
         let mut rows = Vec::new();
+        let mut oracle = None;
         for (name, settings) in ABLATIONS {
             let mut found = Vec::new();
             for seed in 1..=SEEDS {
                 let run = format!("ablation-{name}-{seed}");
-                let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-                let settings = [settings, vec![format!("training.seed={seed}")]].concat();
+                let settings = [owned(settings), vec![format!("training.seed={seed}")]].concat();
                 let Some(policy) = self.supervisor(&run, &settings, interrupt)? else { return Ok(false) };
-                found.push(self.pair(&run, SHIPPED, &policy)?);
+                let results = self.pair(&run, SHIPPED, &policy, oracle)?;
+                oracle = Some(results.oracle_reward);
+                found.push(results);
             }
             rows.push((name.to_owned(), found));
         }
@@ -75,19 +75,17 @@ impl Maker {
     /// Every pairing of the shipped policies with others: a walk of level ground and the supervisor trained over it. False if the
     /// user interrupts.
     pub(super) fn swaps(&self, interrupt: &Interrupt) -> Result<bool> {
-        let stages = stages::resolve(stages::FLAT, &[])?;
-        let names = stages.iter().map(|(name, _)| name.as_str());
-        let place = Place::open(&self.folder, "other-walk", names)?;
-        if learn_all(&place, &stages, interrupt)? == Outcome::Interrupted {
-            return Ok(false);
-        }
-        let walk = text(&place.stage(stages.len() - 1).file("policy.onnx"))?;
+        let walk = stages::learn_all(&self.folder, "other-walk", stages::FLAT, &[], interrupt)?;
+        let Some(walk) = walk else { return Ok(false) };
+        let walk = policies::name(&walk)?;
         let over_it = [format!("task.locomotion={walk:?}"), "task.terrain=\"flat\"".into()];
         let Some(other) = self.supervisor("other-supervisor", &over_it, interrupt)? else { return Ok(false) };
         let mut rows = Vec::new();
-        for (walk_name, walk) in [("shipped", SHIPPED), ("other", &walk)] {
+        for (walk_name, walk) in [("shipped", SHIPPED), ("other", walk)] {
+            let mut oracle = None;
             for (name, supervisor) in [("shipped", SHIPPED), ("other", &other)] {
-                let found = self.pair(&format!("swap-{walk_name}-{name}"), walk, supervisor)?;
+                let found = self.pair(&format!("swap-{walk_name}-{name}"), walk, supervisor, oracle)?;
+                oracle = Some(found.oracle_reward);
                 rows.push((format!("{walk_name} walk, {name} supervisor"), vec![found]));
             }
         }
@@ -106,25 +104,35 @@ impl Maker {
         eprintln!("{name}");
         let run = RunFolder::open(&self.folder, name)?;
         let outcome = learn(&run, &config, &Start::Resume, interrupt, None)?;
-        Ok(if outcome == Outcome::Finished { Some(text(&run.file("policy.onnx"))?) } else { None })
+        Ok(if outcome == Outcome::Finished {
+            Some(policies::name(&run.file("policy.onnx"))?.to_owned())
+        } else {
+            None
+        })
     }
 
-    /// A pair of policies under `paper17`, on randomized robots.
-    fn pair(&self, name: &str, walk: &str, supervisor: &str) -> Result<Results> {
+    /// A pair of policies under `paper17`, on randomized robots; `oracle` is the oracle's reward over this walk, if known.
+    fn pair(
+        &self,
+        name: &str,
+        walk: &str,
+        supervisor: &str,
+        oracle: Option<BehaviorReward>,
+    ) -> Result<Results> {
         if let Some(results) = self.finished(name, self.episodes) {
             return Ok(results);
         }
         let arena = self.arena_of(walk, Ground::Flat, true, self.episodes)?;
         let cases = suite("paper17").context("the suite paper17")?;
         let names = Names { suite: "paper17".into(), locomotion: walk.into(), supervisor: supervisor.into() };
-        let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, None)?;
+        let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
         self.keep(name, &results)?;
         Ok(results)
     }
 }
 
-fn text(path: &Path) -> Result<String> {
-    Ok(path.to_str().with_context(|| format!("{}: is no UTF-8", path.display()))?.to_owned())
+fn owned(settings: &[&str]) -> Vec<String> {
+    settings.iter().map(|&setting| setting.to_owned()).collect()
 }
 
 /// A line a name: behavior reward, episodes obeyed by group, falls.
@@ -154,8 +162,7 @@ mod tests {
     fn every_ablation_changes_something_that_can_be_trained() {
         let plain: SupervisorRun = resolve_text("defaults", "", &[]).unwrap();
         for (name, settings) in ABLATIONS {
-            let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-            let config: SupervisorRun = resolve_text("defaults", "", &settings).unwrap();
+            let config: SupervisorRun = resolve_text("defaults", "", &owned(settings)).unwrap();
             config.validate().unwrap();
             assert_eq!(config == plain, name == "ours", "{name}");
         }

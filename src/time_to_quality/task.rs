@@ -146,13 +146,6 @@ pub struct Stage {
     pub(super) judge: Box<Judge>,
 }
 
-impl Stage {
-    /// Whether all its iterations are made.
-    pub(super) fn is_over(&self, iteration: u64) -> bool {
-        iteration >= self.settings.iterations
-    }
-}
-
 fn of_run<T: Trainable + 'static>(
     name: String,
     config: Run<T>,
@@ -175,14 +168,10 @@ where
     Ok(Stage { name, settings, operations_per_step, begin, judge })
 }
 
-fn text(path: &Path) -> Result<&str> {
-    path.to_str().with_context(|| format!("{}: is no UTF-8", path.display()))
-}
-
 fn walking(name: String, config: LocomotionRun, judge: JudgeWalk) -> Result<Stage> {
     let simulation = DECIMATION as f64 * PHYSICS_STEP_OPERATIONS;
     of_run::<LocomotionConfig>(name, config, simulation, move |path| {
-        judge(&policies::locomotion(text(path)?)?).map_err(|message| anyhow!(message))
+        judge(&policies::locomotion(policies::name(path)?)?).map_err(|message| anyhow!(message))
     })
 }
 
@@ -198,7 +187,7 @@ fn understanding(config: SupervisorRun) -> Result<Stage> {
             judge.get_or_init(|| understanding);
         }
         let judge = judge.get().context("the oracle has played")?;
-        judge.score(&policies::supervisor(text(path)?)?).map_err(|message| anyhow!(message))
+        judge.score(&policies::supervisor(policies::name(path)?)?).map_err(|message| anyhow!(message))
     })
 }
 

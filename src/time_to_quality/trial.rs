@@ -113,9 +113,7 @@ impl<'a> Trial<'a> {
         };
         let stage = &self.stages[index];
         let end = (self.now.wall_s + self.bounds.interval_s).min(self.bounds.limit_s);
-        let is_over =
-            |learner: &dyn Learner| self.stages.len() > index + 1 && stage.is_over(learner.iteration());
-        while self.now.wall_s < end && !is_over(learner.as_ref()) && !interrupt.requested() {
+        while self.now.wall_s < end && !self.moves_on(index, learner.iteration()) && !interrupt.requested() {
             let (began, processor) = (Instant::now(), processor_s());
             match session.iterate(learner.as_mut()) {
                 Ok(row) => {
@@ -154,16 +152,21 @@ impl<'a> Trial<'a> {
             .append(self.now.iteration, &row)
             .with_context(|| format!("cannot write {}", self.place.run().file(TABLE).display()))?;
         session.save(learner.as_ref())?;
-        if !self.has_ended() && !is_over(learner.as_ref()) {
+        if !self.has_ended() && !self.moves_on(index, learner.iteration()) {
             self.running = Some(Running { index, learner, session });
         }
         Ok(())
     }
 
+    /// Whether a stage that has made `iteration` iterations makes room for the next.
+    fn moves_on(&self, index: usize, iteration: u64) -> bool {
+        index + 1 < self.stages.len() && iteration >= self.stages[index].settings.iterations
+    }
+
     /// The stage that is to learn: the last that has begun, or the one after it, with its weights.
     fn begin(&mut self) -> Result<Running<'a>> {
         let (mut index, newest) = self.place.newest()?;
-        if index + 1 < self.stages.len() && self.stages[index].is_over(newest) {
+        if self.moves_on(index, newest) {
             index += 1;
         }
         let (stage, run) = (&self.stages[index], self.place.stage(index));

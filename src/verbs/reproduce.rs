@@ -21,7 +21,7 @@ use guidedog::result_tables::table;
 use guidedog::run_config::SupervisorRun;
 use guidedog::run_folder::RunFolder;
 use guidedog::say;
-use guidedog::stages::{self, Place, learn_all};
+use guidedog::stages;
 use guidedog::training::Outcome;
 
 /// Trains the supervisor over the shipped locomotion policy, judges it and writes the report
@@ -68,15 +68,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let seed = format!("training.seed={}", arguments.seed);
     let mut settings = [std::slice::from_ref(&seed), &arguments.set[..]].concat();
     if arguments.from_scratch {
-        let stages = stages::resolve(stages::FLAT, &[seed])?;
-        let names = stages.iter().map(|(name, _)| name.as_str());
-        let place = Place::open(root, &format!("{name}-locomotion"), names)?;
-        eprintln!("learning to walk, in {}", place.run().path().display());
-        if learn_all(&place, &stages, &interrupt)? == Outcome::Interrupted {
-            return Ok(stopped());
-        }
-        let walk = place.stage(stages.len() - 1).file("policy.onnx");
-        settings.insert(0, format!("task.locomotion={:?}", walk.display().to_string()));
+        let run = format!("{name}-locomotion");
+        let walk = stages::learn_all(root, &run, stages::FLAT, &[seed], &interrupt)?;
+        let Some(walk) = walk else { return Ok(stopped()) };
+        settings.insert(0, format!("task.locomotion={:?}", policies::name(&walk)?));
         settings.insert(1, "task.terrain=\"flat\"".into());
     }
     let config: SupervisorRun = resolve_text("defaults", "", &settings)?;

@@ -137,14 +137,11 @@ impl Rollout {
             for (env, smooth) in row.chunks_exact_mut(actions).enumerate() {
                 let sample = step * num_envs + env;
                 let of = |sample: usize| &means[sample * actions..][..actions];
-                let before = if step > 0 && !ends(sample - num_envs) { sample - num_envs } else { sample };
-                let after = if step + 1 < steps && !ends(sample) { sample + num_envs } else { sample };
-                let (before, after) = match (before == sample, after == sample) {
-                    (true, false) => (after, after),
-                    (false, true) => (before, before),
-                    _ => (before, after),
-                };
-                for ((smooth, before), after) in smooth.iter_mut().zip(of(before)).zip(of(after)) {
+                let before = (step > 0 && !ends(sample - num_envs)).then(|| sample - num_envs);
+                let after = (step + 1 < steps && !ends(sample)).then_some(sample + num_envs);
+                let [before, after] =
+                    [before.or(after), after.or(before)].map(|near| of(near.unwrap_or(sample)));
+                for ((smooth, before), after) in smooth.iter_mut().zip(before).zip(after) {
                     *smooth = 0.5 * (before + after);
                 }
             }

@@ -97,14 +97,10 @@ impl GuidanceConfig {
     }
 }
 
-/// Control steps in a time \[s\], at least one.
-pub(crate) fn control_steps(time_s: f32) -> u32 {
-    ((time_s / CONTROL_PERIOD_S).round() as u32).max(1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::control_steps;
 
     #[test]
     fn a_value_out_of_range_is_named() {

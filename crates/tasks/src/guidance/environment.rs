@@ -8,13 +8,13 @@ use terrain::{HeightField, TerrainGrid};
 
 use super::{
     Course, GuidanceConfig, LocomotionPolicy,
-    config::{COMMAND_HIGH, COMMAND_LOW, control_steps},
+    config::{COMMAND_HIGH, COMMAND_LOW},
     guided_squad::{GuidedSquad, Shared, SquadBuffers},
     metrics::Metrics,
 };
 use crate::{
     archive::{Archive as _, Archived as _, Reader, Writer},
-    simulation::Simulation,
+    simulation::{Simulation, control_steps},
     view::View,
 };
 

@@ -3,6 +3,7 @@
 use policy::{ForwardWorkspace, Mlp, OnnxPolicy, layout};
 
 use super::{Behavior, config::COMMAND_HIGH, config::COMMAND_LOW};
+use crate::simulation::control_steps;
 
 /// A learned supervisor: 226 inputs, a limited command as output.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +77,7 @@ impl Supervisor {
             Self::Oracle => return 1,
             Self::Rules | Self::Dominance => RULE_PERIOD_S,
         };
-        super::config::control_steps(period_s)
+        control_steps(period_s)
     }
 
     /// Whether it looks at anything but the force.

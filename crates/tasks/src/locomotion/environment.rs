@@ -11,11 +11,11 @@ use super::{
     LocomotionConfig,
     metrics::Metrics,
     robot_task::RobotTask,
-    task_group::{GroupBuffers, Shared, TaskGroup, steps},
+    task_group::{GroupBuffers, Shared, TaskGroup},
 };
 use crate::{
     archive::{Archive as _, Archived as _, Reader, Writer},
-    simulation::{ACTION_SCALE, CONTROL_PERIOD_S, GROUP, Group, Simulation},
+    simulation::{ACTION_SCALE, CONTROL_PERIOD_S, GROUP, Group, Simulation, control_steps},
     view::View,
 };
 
@@ -90,7 +90,7 @@ impl LocomotionEnv {
             grid: &self.grid,
             progress: grown(self.config.disturbance.ramp_steps),
             penalty_scale: reward.penalty_scale_at(grown(reward.penalty_ramp_steps)),
-            episode_steps: steps(self.config.episode_s),
+            episode_steps: control_steps(self.config.episode_s),
         };
         (shared, &mut self.groups)
     }

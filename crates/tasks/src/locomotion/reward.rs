@@ -91,8 +91,8 @@ pub struct RewardConfig {
     /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
     /// ours.
     pub fall: f32,
-    /// Strength of all terms but tracking, progress, the trot and the fall at the start of training: with all of it from the start standing still
-    /// pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
+    /// Strength of all terms but tracking, progress, the trot and the fall at the start of training: with all of it from the
+    /// start standing still pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
     pub penalty_start: f32,
     /// Control steps until that strength has grown to 1; only those count during which robots walk as told (`ramp_tracking`
     /// of the task) \[steps; 0 to 4294967295\]. Source: docs/results.md, "Standing trap".

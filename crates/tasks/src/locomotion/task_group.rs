@@ -10,7 +10,7 @@ use super::{
 use crate::{
     archive::{Archive, Archived},
     guidance::Behavior,
-    simulation::{CONTACT_THRESHOLD_N, CONTROL_PERIOD_S, GROUP, Group, Simulation},
+    simulation::{CONTACT_THRESHOLD_N, CONTROL_PERIOD_S, GROUP, Group, Simulation, control_steps},
 };
 
 const OBSERVATION: usize = layout::LOCOMOTION_OBSERVATION;
@@ -46,11 +46,6 @@ pub(super) struct GroupBuffers<'a> {
     pub(super) last_observations: &'a mut [f32],
 }
 
-/// Control steps in a time \[s\], at least one.
-pub(super) fn steps(time_s: f32) -> u32 {
-    ((time_s / CONTROL_PERIOD_S).round() as u32).max(1)
-}
-
 impl TaskGroup {
     fn random(&self, shared: &Shared<'_>, lane: usize, purpose: Purpose) -> Philox {
         let robot = &self.robots[lane];
@@ -83,7 +78,7 @@ impl TaskGroup {
             let robot = &mut self.robots[lane];
             robot.command = config.draw(&mut random);
             let [short, long] = config.period_s;
-            robot.next_command = step + steps(random.uniform(short, long));
+            robot.next_command = step + control_steps(random.uniform(short, long));
         }
         let input = &mut self.group.block.input;
         if step >= self.robots[lane].next_force {
@@ -93,8 +88,8 @@ impl TaskGroup {
             input.base_force.set(lane, drawn.base_force.map(f64::from));
             input.hand_force.set(lane, drawn.hand_force.map(f64::from));
             let robot = &mut self.robots[lane];
-            robot.force_end = step + steps(drawn.duration_s);
-            robot.next_force = step + steps(drawn.period_s);
+            robot.force_end = step + control_steps(drawn.duration_s);
+            robot.next_force = step + control_steps(drawn.period_s);
             if drawn.meant {
                 robot.command = Behavior::of_force(drawn.hand_force).target(drawn.hand_force);
                 robot.next_command = robot.force_end.min(robot.next_force);

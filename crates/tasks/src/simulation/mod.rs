@@ -34,6 +34,11 @@ const MAX_SPEED_MPS: f64 = 30.0;
 const MAX_RATE_RADPS: f64 = 50.0;
 const MAX_JOINT_RATE_RADPS: f64 = 150.0;
 
+/// Control steps in a time \[s\], at least one.
+pub(crate) fn control_steps(time_s: f32) -> u32 {
+    ((time_s / CONTROL_PERIOD_S).round() as u32).max(1)
+}
+
 /// What all robots share.
 #[derive(Clone, Debug)]
 pub struct Simulation {
