@@ -64,7 +64,7 @@ impl TaskConfig for GuidanceConfig {
     fn learning() -> (TrainingSettings, ppo::Config) {
         let training = TrainingSettings {
             num_envs: 512,
-            iterations: 300,
+            iterations: 600,
             checkpoint_period_s: 20.0,
             score: "behavior_reward/total".into(),
             ..TrainingSettings::default()
@@ -76,7 +76,7 @@ impl TaskConfig for GuidanceConfig {
             gamma: 0.9,
             lambda: 0.9,
             desired_kl: 0.04,
-            anneal_iterations: 300,
+            anneal_iterations: 600,
             learning_rate_range: [1e-5, 5e-3],
             initial_std: 0.5,
             entropy_coefficient: 0.003,
@@ -86,6 +86,9 @@ impl TaskConfig for GuidanceConfig {
         (training, ppo)
     }
 }
+
+/// Half of a supervisor's usual training: enough over a walk of level ground, and to compare settings.
+pub const SHORT_SUPERVISOR_TRAINING: [&str; 2] = ["training.iterations=300", "ppo.anneal_iterations=300"];
 
 impl<T: TaskConfig> Default for Run<T> {
     fn default() -> Self {

@@ -18,7 +18,7 @@ use guidedog::learner::{Start, learn};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
 use guidedog::result_tables::table;
-use guidedog::run_config::SupervisorRun;
+use guidedog::run_config::{SHORT_SUPERVISOR_TRAINING, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::say;
 use guidedog::stages;
@@ -71,8 +71,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         let run = format!("{name}-locomotion");
         let walk = stages::learn_all(root, &run, stages::FLAT, &[seed], &interrupt)?;
         let Some(walk) = walk else { return Ok(stopped()) };
-        settings.insert(0, format!("task.locomotion={:?}", policies::name(&walk)?));
-        settings.insert(1, "task.terrain=\"flat\"".into());
+        let over_it =
+            [format!("task.locomotion={:?}", policies::name(&walk)?), "task.terrain=\"flat\"".into()];
+        settings.splice(0..0, over_it.into_iter().chain(SHORT_SUPERVISOR_TRAINING.map(str::to_owned)));
     }
     let config: SupervisorRun = resolve_text("defaults", "", &settings)?;
     config.validate()?;

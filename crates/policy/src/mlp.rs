@@ -2,7 +2,7 @@
 
 use crate::{
     activation::elu_in_place,
-    matmul::{Into, MatRef, matmul},
+    matmul::{MatRef, add_product},
 };
 
 /// What follows a hidden layer.
@@ -161,7 +161,7 @@ impl Linear {
         }
         let x = MatRef::new(input, batch, self.inputs);
         let w = MatRef::new(&self.weight, self.outputs, self.inputs);
-        matmul(x, w.transposed(), Into::Accumulate, output);
+        add_product(x, w.transposed(), output);
     }
 }
 

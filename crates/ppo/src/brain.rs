@@ -8,15 +8,17 @@
 #![allow(unsafe_code)]
 
 use std::arch::x86_64::{
-    __m256i, __m512bh, __m512i, _mm256_storeu_si256, _mm512_cvtepu16_epi32, _mm512_cvtneps_pbh,
+    __m256i, __m512, __m512bh, __m512i, _mm256_storeu_si256, _mm512_cvtepu16_epi32, _mm512_cvtneps_pbh,
     _mm512_dpbf16_ps, _mm512_loadu_ps, _mm512_loadu_si512, _mm512_or_si512, _mm512_set1_epi32,
     _mm512_setzero_ps, _mm512_slli_epi32, _mm512_storeu_ps, _mm512_storeu_si512,
 };
 
-use crate::panels::{LANES, Precision, ROWS, Tile, panels_of};
+use crate::panels::{LANES, Precision, Tile, panels_of};
 
 /// Words of a row of a panel.
 const PAIRS: usize = LANES / 2;
+/// Rows of a tile whose sums fit in registers beside what is multiplied.
+const SUMMED_ROWS: usize = 8;
 
 /// Products in bf16, sums in single precision.
 #[derive(Clone, Copy, Debug)]
@@ -63,14 +65,14 @@ impl Precision for Brain {
 
     fn write(to: &mut BrainPanels, panel: usize, row: usize, tile: &Tile) {
         let start = panel * to.rows + row;
-        let by_columns = (&mut to.by_columns[start..start + ROWS]).try_into().expect("as many rows");
-        let by_rows = (&mut to.by_rows[start / 2..][..ROWS / 2]).try_into().expect("as many rows");
+        let by_columns = (&mut to.by_columns[start..start + LANES]).try_into().expect("as many rows");
+        let by_rows = (&mut to.by_rows[start / 2..][..PAIRS]).try_into().expect("as many rows");
         // SAFETY: `to` exists, so the processor has the instructions.
         unsafe { convert(tile, by_columns, by_rows) }
     }
 
     fn read(from: &BrainPanels, panel: usize, row: usize) -> Tile {
-        let words = &from.by_columns[panel * from.rows + row..][..ROWS];
+        let words = &from.by_columns[panel * from.rows + row..][..LANES];
         std::array::from_fn(|i| std::array::from_fn(|j| halves(words[i][j / 2])[j % 2]))
     }
 
@@ -97,24 +99,27 @@ impl Precision for Brain {
     }
 
     fn times_weights<const N: usize>(a: &BrainPanels, row: usize, b: &[Self::WeightPanel]) -> [Tile; N] {
-        let mut out = [[[0.0; LANES]; ROWS]; N];
-        // SAFETY: `a` exists, so the processor has the instructions.
-        unsafe { times_weights(a, row, b, &mut out) };
+        let mut out = [[[0.0; LANES]; LANES]; N];
+        for part in (0..LANES).step_by(SUMMED_ROWS) {
+            // SAFETY: `a` exists, so the processor has the instructions.
+            unsafe { rows_times(a, row, b, part, &mut out) };
+        }
         out
     }
 
     fn transposed_times<const N: usize>(
-        a: &BrainPanels,
-        eighth: usize,
-        b: &BrainPanels,
-        panel: usize,
+        (a, first): (&BrainPanels, usize),
+        (b, panel): (&BrainPanels, usize),
         rows: usize,
     ) -> [Tile; N] {
-        let (a, pairs) = (&a.by_rows[eighth / 2 * a.rows / 2..][..rows / 2], rows / 2);
+        let pairs = rows / 2;
+        let a = &a.by_rows[first * a.rows / 2..][..pairs];
         let b = std::array::from_fn(|n| &b.by_rows[(panel + n) * b.rows / 2..][..pairs]);
-        let mut out = [[[0.0; LANES]; ROWS]; N];
-        // SAFETY: panels exist, so the processor has the instructions.
-        unsafe { transposed_times(a, eighth % 2 * ROWS, b, &mut out) };
+        let mut out = [[[0.0; LANES]; LANES]; N];
+        for part in (0..LANES).step_by(SUMMED_ROWS) {
+            // SAFETY: panels exist, so the processor has the instructions.
+            unsafe { columns_times(a, b, part, &mut out) };
+        }
         out
     }
 }
@@ -127,8 +132,8 @@ pub(crate) fn rounded(value: f32) -> u32 {
 
 /// Rounds a tile and stores it in both forms.
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
-fn convert(tile: &Tile, by_columns: &mut [[u32; PAIRS]; ROWS], by_rows: &mut [[u32; LANES]; ROWS / 2]) {
-    for i in 0..ROWS / 2 {
+fn convert(tile: &Tile, by_columns: &mut [[u32; PAIRS]; LANES], by_rows: &mut [[u32; LANES]; PAIRS]) {
+    for i in 0..PAIRS {
         let wide: [__m512i; 2] = std::array::from_fn(|half| {
             // SAFETY: the pointers are those of sixteen numbers and of eight words; both formats of 256 bits are plain bits.
             unsafe {
@@ -157,53 +162,61 @@ fn load(words: &[u32; LANES]) -> __m512bh {
     unsafe { std::mem::transmute(_mm512_loadu_si512(words.as_ptr().cast())) }
 }
 
+/// Rows of a tile from `part` on: those of `a`, from `row + part` on, times panels of weights.
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
-fn times_weights<const N: usize>(a: &BrainPanels, row: usize, b: &[Vec<[u32; LANES]>], out: &mut [Tile; N]) {
-    let mut sums = [[_mm512_setzero_ps(); N]; ROWS];
+fn rows_times<const N: usize>(
+    a: &BrainPanels,
+    row: usize,
+    b: &[Vec<[u32; LANES]>],
+    part: usize,
+    out: &mut [Tile; N],
+) {
+    let mut sums = [[_mm512_setzero_ps(); N]; SUMMED_ROWS];
     for chunk in 0..b[0].len() / PAIRS {
-        let start = chunk * a.rows + row;
-        let a: &[[u32; PAIRS]; ROWS] = a.by_columns[start..start + ROWS].try_into().expect("as many rows");
+        let a: &[[u32; PAIRS]; SUMMED_ROWS] =
+            a.by_columns[chunk * a.rows + row + part..][..SUMMED_ROWS].try_into().expect("as many rows");
         let b: [&[[u32; LANES]; PAIRS]; N] =
             std::array::from_fn(|n| b[n][chunk * PAIRS..][..PAIRS].try_into().expect("as many rows"));
         for k in 0..PAIRS {
             for n in 0..N {
                 let b = load(&b[n][k]);
-                for m in 0..ROWS {
+                for m in 0..SUMMED_ROWS {
                     sums[m][n] = _mm512_dpbf16_ps(sums[m][n], splat(a[m][k]), b);
                 }
             }
         }
     }
-    for (m, row) in sums.iter().enumerate() {
-        for (tile, value) in out.iter_mut().zip(row) {
-            // SAFETY: the pointer is that of sixteen numbers.
-            unsafe { _mm512_storeu_ps(tile[m].as_mut_ptr(), *value) };
-        }
-    }
+    store(&sums, part, out);
 }
 
+/// Rows of a tile from `part` on: those columns of a panel, transposed, times other panels.
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
-fn transposed_times<const N: usize>(
+fn columns_times<const N: usize>(
     a: &[[u32; LANES]],
-    offset: usize,
     b: [&[[u32; LANES]]; N],
+    part: usize,
     out: &mut [Tile; N],
 ) {
-    let mut sums = [[_mm512_setzero_ps(); N]; ROWS];
+    let mut sums = [[_mm512_setzero_ps(); N]; SUMMED_ROWS];
     let b = b.map(|b| &b[..a.len()]);
     for (k, a) in a.iter().enumerate() {
-        let a: &[u32; ROWS] = a[offset..offset + ROWS].try_into().expect("as many columns");
+        let a: &[u32; SUMMED_ROWS] = a[part..part + SUMMED_ROWS].try_into().expect("as many columns");
         for n in 0..N {
             let b = load(&b[n][k]);
-            for m in 0..ROWS {
+            for m in 0..SUMMED_ROWS {
                 sums[m][n] = _mm512_dpbf16_ps(sums[m][n], splat(a[m]), b);
             }
         }
     }
+    store(&sums, part, out);
+}
+
+#[target_feature(enable = "avx512f")]
+fn store<const N: usize>(sums: &[[__m512; N]; SUMMED_ROWS], part: usize, out: &mut [Tile; N]) {
     for (m, row) in sums.iter().enumerate() {
         for (tile, value) in out.iter_mut().zip(row) {
             // SAFETY: the pointer is that of sixteen numbers.
-            unsafe { _mm512_storeu_ps(tile[m].as_mut_ptr(), *value) };
+            unsafe { _mm512_storeu_ps(tile[part + m].as_mut_ptr(), *value) };
         }
     }
 }

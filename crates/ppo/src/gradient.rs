@@ -13,14 +13,14 @@ use crate::{
     exchange::Exchange,
     loss::{Gaussian, LossSums},
     network::{Architecture, PackedNetwork, store_rows},
-    panels::{Precision, ROWS},
+    panels::{LANES, Precision},
     partials::Partials,
     rollout::Rollout,
     slot::Slot,
 };
 
 /// Rows that go through the networks together.
-pub(crate) const TILE: usize = 256;
+pub(crate) const TILE: usize = 96;
 /// Parameters a thread squares at a time.
 const CHUNK: usize = 16_384;
 /// Marks a row that is to be learned from in its mirror image.
@@ -213,7 +213,7 @@ impl<P: Precision> Engine for Workspace<P> {
     ) {
         let Self { actor, critic, slots, .. } = self;
         let (width, actions) = (networks.actor.inputs(), networks.actions);
-        let span = values.len().div_ceil(slots.len()).next_multiple_of(ROWS);
+        let span = values.len().div_ceil(slots.len()).next_multiple_of(LANES);
         let mut means: Vec<Option<&mut [f32]>> = match means {
             Some(means) => means.chunks_mut(span * actions).map(Some).collect(),
             None => values.chunks(span).map(|_| None).collect(),

@@ -9,7 +9,7 @@ use policy::{
 };
 use spatial::{Philox, Purpose};
 
-use crate::panels::{LANES, Precision, ROWS, Tile, Weights, add_transposed_product, panels_of};
+use crate::panels::{LANES, Precision, Tile, Weights, add_transposed_product, panels_of};
 
 /// Widths from input to output; ELU between the layers.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +66,7 @@ impl Architecture {
         *self.widths.last().expect("a network has an output")
     }
 
-    /// Buffers for up to `rows` rows, a multiple of [`ROWS`].
+    /// Buffers for up to `rows` rows, a multiple of [`LANES`].
     pub(crate) fn activations<P: Precision>(&self, rows: usize) -> Activations<P> {
         let panels = |widths: &[usize]| widths.iter().map(|&width| P::panels(rows, width)).collect();
         Activations {
@@ -114,7 +114,7 @@ impl Architecture {
         }
     }
 
-    /// Evaluates the first `rows` rows of `input`; rows beyond, up to the next multiple of [`ROWS`], must be there.
+    /// Evaluates the first `rows` rows of `input`; rows beyond, up to the next multiple of [`LANES`], must be there.
     pub(crate) fn forward<P: Precision>(
         &self,
         network: &PackedNetwork<P>,
@@ -122,7 +122,7 @@ impl Architecture {
         input: &P::Panels,
         activations: &mut Activations<P>,
     ) {
-        let padded = rows.next_multiple_of(ROWS);
+        let padded = rows.next_multiple_of(LANES);
         let outputs = self.outputs();
         for (i, layer) in network.layers.iter().enumerate() {
             let (before, after) = activations.hidden.split_at_mut(i);
@@ -152,7 +152,7 @@ impl Architecture {
         activations: &mut Activations<P>,
         gradient: &mut [f32],
     ) {
-        let padded = rows.next_multiple_of(ROWS);
+        let padded = rows.next_multiple_of(LANES);
         let Activations { hidden, gradients, output_gradient, .. } = activations;
         let last = gradients.last_mut().expect("a network has an output");
         store_rows::<P>(output_gradient, self.outputs(), rows, last);
@@ -247,14 +247,14 @@ fn copy_tile(tile: &Tile, panel: usize, row: usize, columns: usize, matrix: &mut
     }
 }
 
-/// Stores the first `rows` rows of a row-major matrix, and zeros up to the next multiple of [`ROWS`].
+/// Stores the first `rows` rows of a row-major matrix, and zeros up to the next multiple of [`LANES`].
 pub(crate) fn store_rows<P: Precision>(matrix: &[f32], columns: usize, rows: usize, panels: &mut P::Panels) {
-    for row in (0..rows).step_by(ROWS) {
-        let count = ROWS.min(rows - row);
+    for row in (0..rows).step_by(LANES) {
+        let count = LANES.min(rows - row);
         for panel in 0..panels_of(columns) {
             let start = panel * LANES;
             let width = LANES.min(columns - start);
-            let mut tile: Tile = [[0.0; LANES]; ROWS];
+            let mut tile: Tile = [[0.0; LANES]; LANES];
             for (i, values) in tile[..count].iter_mut().enumerate() {
                 let from = &matrix[(row + i) * columns + start..][..width];
                 values[..width].copy_from_slice(from);
@@ -293,11 +293,11 @@ mod tests {
         let input: Vec<f32> = (0..rows * 5).map(|i| (i as f32).sin()).collect();
         let weights: Vec<f32> = (0..rows * 3).map(|i| (i as f32 * 1.3).cos()).collect();
         // The loss is a weighted sum of the outputs, so its gradient with respect to them is the weights.
-        let mut panels = Single::panels(ROWS, 5);
+        let mut panels = Single::panels(LANES, 5);
         store_rows::<Single>(&input, 5, rows, &mut panels);
         let forward = |parameters: &[f32]| {
             let mut packed = network.packed::<Single>();
-            let mut activations = network.activations::<Single>(ROWS);
+            let mut activations = network.activations::<Single>(LANES);
             network.pack(parameters, &mut packed);
             network.forward(&packed, rows, &panels, &mut activations);
             (packed, activations)

@@ -2,20 +2,18 @@
 //!
 //! A panel holds sixteen columns of all rows, row after row, so that whatever a product reads lies side by side and no
 //! operand is ever moved: the activations that one layer writes are what the next one reads, and what its weight gradient
-//! reads later. Both products keep a tile of 8 × 32 sums in registers, 4 × 16 where there are only AVX2's (Goto and van de Geijn,
-//! *Anatomy of high-performance matrix multiplication*, 2008, without the packing of A).
+//! reads later. Both products keep 8 × 32 sums in registers, 6 × 16 where there are only AVX2's (Goto and van de Geijn, *Anatomy
+//! of high-performance matrix multiplication*, 2008, without the packing of A), and give them as tiles of 16 × 16.
 //!
-//! Rows are counted in eights and depths in sixteens; what is beyond the matrix is zero and adds nothing.
+//! Rows, columns and depths are counted in sixteens; what is beyond the matrix is zero and adds nothing.
 
 use rayon::prelude::*;
 use spatial::{Lane, f32x16};
 
-/// Columns of a panel.
+/// Columns of a panel, and rows of a tile.
 pub(crate) const LANES: usize = 16;
-/// Rows of a tile.
-pub(crate) const ROWS: usize = 8;
-/// What a product gives at a time: some rows of one panel.
-pub(crate) type Tile = [[f32; LANES]; ROWS];
+/// What a product gives at a time: sixteen rows of one panel.
+pub(crate) type Tile = [[f32; LANES]; LANES];
 
 /// How numbers are stored and multiplied. Sums are always single precision, whatever is multiplied.
 pub(crate) trait Precision: Copy + std::fmt::Debug + Send + Sync + 'static {
@@ -26,7 +24,7 @@ pub(crate) trait Precision: Copy + std::fmt::Debug + Send + Sync + 'static {
     /// Panels, one or two, whose sums fit in registers beside what is multiplied.
     const SUMMED_PANELS: usize;
 
-    /// Zeros for `rows × columns`; rows a multiple of [`ROWS`].
+    /// Zeros for `rows × columns`; rows a multiple of [`LANES`].
     fn panels(rows: usize, columns: usize) -> Self::Panels;
     /// Stores the rows from `row` of a panel.
     fn write(to: &mut Self::Panels, panel: usize, row: usize, tile: &Tile);
@@ -38,14 +36,12 @@ pub(crate) trait Precision: Copy + std::fmt::Debug + Send + Sync + 'static {
     fn weight_panel(depth: usize) -> Self::WeightPanel;
     /// Stores a row of a panel of weights.
     fn set_weights(panel: &mut Self::WeightPanel, row: usize, values: &[f32; LANES]);
-    /// Eight rows of `a` from `row`, times panels of weights.
+    /// Sixteen rows of `a` from `row`, times panels of weights.
     fn times_weights<const N: usize>(a: &Self::Panels, row: usize, b: &[Self::WeightPanel]) -> [Tile; N];
-    /// `aᵀ b` over the first `rows` rows: columns `8 eighth ..` of `a`, times panels of `b` from `panel`.
+    /// `aᵀ b` over the first `rows` rows: a panel of `a`, times panels of `b` from the one given.
     fn transposed_times<const N: usize>(
-        a: &Self::Panels,
-        eighth: usize,
-        b: &Self::Panels,
-        panel: usize,
+        a: (&Self::Panels, usize),
+        b: (&Self::Panels, usize),
         rows: usize,
     ) -> [Tile; N];
 }
@@ -88,7 +84,7 @@ impl<P: Precision> Weights<P> {
     pub(crate) fn multiply(&self, a: &P::Panels, rows: usize, mut each: impl FnMut(usize, usize, Tile)) {
         for (group, b) in self.panels.chunks(P::SUMMED_PANELS).enumerate() {
             let panel = group * P::SUMMED_PANELS;
-            for row in (0..rows).step_by(ROWS) {
+            for row in (0..rows).step_by(LANES) {
                 if b.len() == 2 {
                     let [first, second] = P::times_weights::<2>(a, row, b);
                     each(panel, row, first);
@@ -109,11 +105,11 @@ pub(crate) fn add_transposed_product<P: Precision>(
     rows: usize,
     out: &mut [f32],
 ) {
-    let mut add = |eighth: usize, panel: usize, tile: &Tile| {
+    let mut add = |first: usize, panel: usize, tile: &Tile| {
         let width = LANES.min(b_columns - panel * LANES);
-        let rows = ROWS.min(a_columns - eighth * ROWS);
+        let rows = LANES.min(a_columns - first * LANES);
         for (i, values) in tile[..rows].iter().enumerate() {
-            let start = (eighth * ROWS + i) * b_columns + panel * LANES;
+            let start = (first * LANES + i) * b_columns + panel * LANES;
             let out = &mut out[start..start + width];
             if let Ok(out) = <&mut [f32; LANES]>::try_from(&mut *out) {
                 out.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
@@ -124,14 +120,14 @@ pub(crate) fn add_transposed_product<P: Precision>(
     };
     let panels = panels_of(b_columns);
     for panel in (0..panels).step_by(P::SUMMED_PANELS) {
-        for eighth in 0..a_columns.div_ceil(ROWS) {
+        for first in 0..panels_of(a_columns) {
             if P::SUMMED_PANELS.min(panels - panel) == 2 {
-                let [first, second] = P::transposed_times::<2>(a, eighth, b, panel, rows);
-                add(eighth, panel, &first);
-                add(eighth, panel + 1, &second);
+                let [left, right] = P::transposed_times::<2>((a, first), (b, panel), rows);
+                add(first, panel, &left);
+                add(first, panel + 1, &right);
             } else {
-                let [tile] = P::transposed_times::<1>(a, eighth, b, panel, rows);
-                add(eighth, panel, &tile);
+                let [tile] = P::transposed_times::<1>((a, first), (b, panel), rows);
+                add(first, panel, &tile);
             }
         }
     }
@@ -148,13 +144,13 @@ pub(crate) struct SinglePanels {
     data: Vec<[f32; LANES]>,
 }
 
-/// Rows whose sums fit in registers beside what is multiplied.
-const SUMMED_ROWS: usize = if cfg!(target_feature = "avx512f") { 8 } else { 4 };
+/// Whether there are AVX-512's thirty-two wide registers, and not sixteen of half the width.
+const WIDE: bool = cfg!(target_feature = "avx512f");
 
 impl Precision for Single {
     type Panels = SinglePanels;
     type WeightPanel = Vec<[f32; LANES]>;
-    const SUMMED_PANELS: usize = if cfg!(target_feature = "avx512f") { 2 } else { 1 };
+    const SUMMED_PANELS: usize = if WIDE { 2 } else { 1 };
 
     fn panels(rows: usize, columns: usize) -> SinglePanels {
         SinglePanels { rows, data: vec![[0.0; LANES]; rows * panels_of(columns)] }
@@ -162,12 +158,12 @@ impl Precision for Single {
 
     #[inline]
     fn write(to: &mut SinglePanels, panel: usize, row: usize, tile: &Tile) {
-        to.data[panel * to.rows + row..][..ROWS].copy_from_slice(tile);
+        to.data[panel * to.rows + row..][..LANES].copy_from_slice(tile);
     }
 
     #[inline]
     fn read(from: &SinglePanels, panel: usize, row: usize) -> Tile {
-        *tile_at(&from.data[panel * from.rows + row..])
+        from.data[panel * from.rows + row..][..LANES].try_into().expect("as many rows")
     }
 
     fn column_sums(of: &SinglePanels, panel: usize, rows: usize) -> [f32; LANES] {
@@ -188,64 +184,89 @@ impl Precision for Single {
 
     #[inline(never)]
     fn times_weights<const N: usize>(a: &SinglePanels, row: usize, b: &[Self::WeightPanel]) -> [Tile; N] {
-        let mut out = [[[0.0; LANES]; ROWS]; N];
-        for part in (0..ROWS).step_by(SUMMED_ROWS) {
-            let mut sums = [[f32x16::ZERO; N]; SUMMED_ROWS];
-            for chunk in 0..b[0].len() / LANES {
-                let start = chunk * a.rows + row + part;
-                let a: &[[f32; LANES]; SUMMED_ROWS] =
-                    a.data[start..start + SUMMED_ROWS].try_into().expect("as many rows");
-                let b: [&[[f32; LANES]; LANES]; N] =
-                    std::array::from_fn(|n| b[n][chunk * LANES..][..LANES].try_into().expect("as many rows"));
-                for k in 0..LANES {
-                    for n in 0..N {
-                        let b = f32x16::from(b[n][k]);
-                        for m in 0..SUMMED_ROWS {
-                            sums[m][n] = Lane::mul_add(f32x16::splat(a[m][k]), b, sums[m][n]);
-                        }
-                    }
-                }
-            }
-            store(&sums, part, &mut out);
+        let mut out = [[[0.0; LANES]; LANES]; N];
+        if WIDE {
+            rows_times::<8, N>(a, row, b, 0, &mut out);
+            rows_times::<8, N>(a, row, b, 8, &mut out);
+        } else {
+            rows_times::<6, N>(a, row, b, 0, &mut out);
+            rows_times::<6, N>(a, row, b, 6, &mut out);
+            rows_times::<4, N>(a, row, b, 12, &mut out);
         }
         out
     }
 
     #[inline(never)]
     fn transposed_times<const N: usize>(
-        a: &SinglePanels,
-        eighth: usize,
-        b: &SinglePanels,
-        panel: usize,
+        (a, first): (&SinglePanels, usize),
+        (b, panel): (&SinglePanels, usize),
         rows: usize,
     ) -> [Tile; N] {
-        let mut out = [[[0.0; LANES]; ROWS]; N];
-        let a = &a.data[eighth / 2 * a.rows..][..rows];
+        let mut out = [[[0.0; LANES]; LANES]; N];
+        let a = &a.data[first * a.rows..][..rows];
         let b: [&[[f32; LANES]]; N] = std::array::from_fn(|n| &b.data[(panel + n) * b.rows..][..rows]);
-        for part in (0..ROWS).step_by(SUMMED_ROWS) {
-            let mut sums = [[f32x16::ZERO; N]; SUMMED_ROWS];
-            let offset = eighth % 2 * ROWS + part;
-            for k in 0..rows {
-                let a: &[f32; SUMMED_ROWS] =
-                    a[k][offset..offset + SUMMED_ROWS].try_into().expect("as many columns");
-                for n in 0..N {
-                    let b = f32x16::from(b[n][k]);
-                    for m in 0..SUMMED_ROWS {
-                        sums[m][n] = Lane::mul_add(f32x16::splat(a[m]), b, sums[m][n]);
-                    }
-                }
-            }
-            store(&sums, part, &mut out);
+        if WIDE {
+            columns_times::<8, N>(a, b, 0, &mut out);
+            columns_times::<8, N>(a, b, 8, &mut out);
+        } else {
+            columns_times::<6, N>(a, b, 0, &mut out);
+            columns_times::<6, N>(a, b, 6, &mut out);
+            columns_times::<4, N>(a, b, 12, &mut out);
         }
         out
     }
 }
 
-fn tile_at(rows: &[[f32; LANES]]) -> &Tile {
-    rows[..ROWS].try_into().expect("as many rows")
+/// `M` rows of a tile from `part` on: those of `a`, from `row + part` on, times panels of weights.
+#[inline(always)]
+fn rows_times<const M: usize, const N: usize>(
+    a: &SinglePanels,
+    row: usize,
+    b: &[Vec<[f32; LANES]>],
+    part: usize,
+    out: &mut [Tile; N],
+) {
+    let mut sums = [[f32x16::ZERO; N]; M];
+    for chunk in 0..b[0].len() / LANES {
+        let a: &[[f32; LANES]; M] =
+            a.data[chunk * a.rows + row + part..][..M].try_into().expect("as many rows");
+        let b: [&[[f32; LANES]; LANES]; N] =
+            std::array::from_fn(|n| b[n][chunk * LANES..][..LANES].try_into().expect("as many rows"));
+        for k in 0..LANES {
+            for n in 0..N {
+                let b = f32x16::from(b[n][k]);
+                for m in 0..M {
+                    sums[m][n] = Lane::mul_add(f32x16::splat(a[m][k]), b, sums[m][n]);
+                }
+            }
+        }
+    }
+    store(&sums, part, out);
 }
 
-fn store<const N: usize>(sums: &[[f32x16; N]; SUMMED_ROWS], part: usize, out: &mut [Tile; N]) {
+/// `M` rows of a tile from `part` on: those columns of a panel, transposed, times other panels.
+#[inline(always)]
+fn columns_times<const M: usize, const N: usize>(
+    a: &[[f32; LANES]],
+    b: [&[[f32; LANES]]; N],
+    part: usize,
+    out: &mut [Tile; N],
+) {
+    let mut sums = [[f32x16::ZERO; N]; M];
+    let b = b.map(|b| &b[..a.len()]);
+    for (k, a) in a.iter().enumerate() {
+        let a: &[f32; M] = a[part..part + M].try_into().expect("as many columns");
+        for n in 0..N {
+            let b = f32x16::from(b[n][k]);
+            for m in 0..M {
+                sums[m][n] = Lane::mul_add(f32x16::splat(a[m]), b, sums[m][n]);
+            }
+        }
+    }
+    store(&sums, part, out);
+}
+
+fn store<const M: usize, const N: usize>(sums: &[[f32x16; N]; M], part: usize, out: &mut [Tile; N]) {
     for (m, row) in sums.iter().enumerate() {
         for (tile, value) in out.iter_mut().zip(row) {
             tile[part + m] = value.to_array();
@@ -265,10 +286,10 @@ pub(crate) mod tests {
     }
 
     fn load<P: Precision>(matrix: &[f32], rows: usize, columns: usize) -> P::Panels {
-        let padded = rows.next_multiple_of(ROWS);
+        let padded = rows.next_multiple_of(LANES);
         let mut panels = P::panels(padded, columns);
         for panel in 0..panels_of(columns) {
-            for row in (0..padded).step_by(ROWS) {
+            for row in (0..padded).step_by(LANES) {
                 let entry = |i: usize, j: usize| {
                     let inside = i < rows && j < columns;
                     if inside { matrix[i * columns + j] } else { 0.0 }
@@ -286,7 +307,7 @@ pub(crate) mod tests {
         for (rows, depth, columns) in [(8, 16, 16), (13, 235, 37), (40, 50, 12), (24, 33, 1)] {
             let (a, b) = (random(rows, depth, 0), random(depth, columns, 1));
             let c = random(rows, columns, 2);
-            let padded = rows.next_multiple_of(ROWS);
+            let padded = rows.next_multiple_of(LANES);
             let panels = load::<P>(&a, rows, depth);
             let mut weights = Weights::<P>::new(depth, columns);
             // From the transposed matrix, as the forward pass takes them.

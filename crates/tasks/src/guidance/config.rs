@@ -31,6 +31,9 @@ pub struct GuidanceConfig {
     pub supervisor_period_s: f32,
     /// Scale of the sensors' errors, of both networks \[1; 0 to 10\]. Source: Isaac Lab, whose errors are 1.
     pub observation_noise: f32,
+    /// Force that counts as 1 to the learning network; the smaller, the steeper the steps of Table II that it learns \[N; 0.1 to
+    /// 1000\]. Source: docs/results.md, "The unit of force".
+    pub force_unit_n: f32,
     /// The handler's pulls.
     pub pull: PullConfig,
     /// How far beyond a threshold of Table II a pull must be to mean more: one that is on it is gentle then with something to
@@ -59,8 +62,9 @@ impl Default for GuidanceConfig {
             episode_s: 20.0,
             supervisor_period_s: 0.1,
             observation_noise: 1.0,
+            force_unit_n: 2.0,
             pull: PullConfig::default(),
-            threshold_margin_n: 1.0,
+            threshold_margin_n: 0.75,
             command_rate: -1e-4,
             heading_drift: -2.0,
             fall: -3.0,
@@ -87,6 +91,7 @@ impl GuidanceConfig {
             ));
         }
         within("observation_noise", self.observation_noise, 0.0, 10.0)?;
+        within("force_unit_n", self.force_unit_n, 0.1, 1000.0)?;
         within("threshold_margin_n", self.threshold_margin_n, 0.0, 10.0)?;
         within("command_rate", self.command_rate, -10.0, 0.0)?;
         within("heading_drift", self.heading_drift, -100.0, 0.0)?;

@@ -108,12 +108,12 @@ impl VecEnv for GuidanceEnv {
         layout::COMMAND
     }
 
-    /// As in locomotion, with 5 N as the unit of force, a quarter of Table II's smaller threshold, so that its steps are steep enough to learn.
+    /// As in locomotion, and the unit of force.
     fn observation_scale(&self) -> Vec<f32> {
         let mut scale = vec![1.0; OBSERVATION];
         scale[layout::BASE_LINEAR_VELOCITY.range()].fill(2.0);
         scale[layout::BASE_ANGULAR_VELOCITY.range()].fill(1.0);
-        scale[layout::HARNESS_FORCE.range()].fill(1.0 / 5.0);
+        scale[layout::HARNESS_FORCE.range()].fill(1.0 / self.config.force_unit_n);
         scale[layout::JOINT_VELOCITY.range()].fill(0.05);
         scale
     }

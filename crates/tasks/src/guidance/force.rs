@@ -39,7 +39,7 @@ impl Default for PullConfig {
             x_n: [-120.0, 60.0],
             y_n: [-60.0, 60.0],
             z_n: [-20.0, 20.0],
-            near_threshold_share: 0.3,
+            near_threshold_share: 0.4,
             near_threshold_n: 4.0,
             period_s: 5.0,
             noise_n: 0.0,
