@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Rows that go through the networks together.
-pub(crate) const TILE: usize = 96;
+pub(crate) const TILE: usize = 256;
 /// Parameters a thread squares at a time.
 const CHUNK: usize = 16_384;
 /// Marks a row that is to be learned from in its mirror image.
