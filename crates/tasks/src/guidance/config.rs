@@ -44,8 +44,7 @@ pub struct GuidanceConfig {
     /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
     /// \[1/rad; -100 to 0\]. Source: docs/results.md, "Drift of the heading"; the paper: 0.
     pub heading_drift: f32,
-    /// Paid once for a fall \[1; -100 to 0\]. Source: docs/results.md, "The shipped pair": without it robots pulled back with 100 N
-    /// are let fall; the paper: 0.
+    /// Paid once for a fall \[1; -100 to 0\]. Source: docs/results.md, "A price on falls"; the paper: 0.
     pub fall: f32,
     /// Differences between robots.
     pub randomization: Randomization,
