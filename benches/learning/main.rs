@@ -15,7 +15,7 @@ use guidedog::run_config::LocomotionRun;
 use nothing::Nothing;
 
 const HELP: &str = "cargo bench --bench learning -- [OPTIONS]
-  --precision f32|bf16  what products are made of [both, where the processor can]
+  --precision f32|bf16  what products are made of [both, where the processor has AVX-512 BF16]
   --threads N           threads [1]
   --samples N           samples of an update, a multiple of 24 [98304]
   --rounds N            updates that are timed [3]
@@ -155,8 +155,10 @@ fn follow(options: &Options) {
 }
 
 fn parse(mut words: impl Iterator<Item = String>) -> Result<Option<Options>, String> {
-    let available: Vec<Precision> =
-        [Precision::F32, Precision::Bf16].into_iter().filter(|precision| precision.available()).collect();
+    let available: Vec<Precision> = [Precision::F32, Precision::Bf16]
+        .into_iter()
+        .filter(|precision| precision.is_accelerated())
+        .collect();
     let mut options = Options {
         precisions: available.clone(),
         threads: 1,

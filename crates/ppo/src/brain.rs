@@ -3,7 +3,7 @@
 //!
 //! `vdpbf16ps` multiplies pairs that are neighbors in the dimension summed over. A panel is therefore stored twice: with
 //! neighboring columns in a word, as the first factor of a product with weights, and with neighboring rows in a word, for the
-//! products that sum over rows. Plain reference: `panels.rs` tests the products of both precisions against their definition.
+//! products that sum over rows. Plain reference: `rounded.rs`; `panels.rs` tests the products of all against their definition.
 
 #![allow(unsafe_code)]
 
@@ -13,7 +13,10 @@ use std::arch::x86_64::{
     _mm512_setzero_ps, _mm512_slli_epi32, _mm512_storeu_ps, _mm512_storeu_si512,
 };
 
-use crate::panels::{LANES, Precision, Tile, panels_of};
+use crate::{
+    panels::{LANES, Precision, Tile, panels_of},
+    rounded::bf16,
+};
 
 /// Words of a row of a panel.
 const PAIRS: usize = LANES / 2;
@@ -94,7 +97,7 @@ impl Precision for Brain {
     fn set_weights(panel: &mut Self::WeightPanel, row: usize, values: &[f32; LANES]) {
         for (word, value) in panel[row / 2].iter_mut().zip(values) {
             let (kept, shift) = if row.is_multiple_of(2) { (0xffff_0000, 0) } else { (0x0000_ffff, 16) };
-            *word = *word & kept | rounded(*value) << shift;
+            *word = *word & kept | bf16(*value) << shift;
         }
     }
 
@@ -122,12 +125,6 @@ impl Precision for Brain {
         }
         out
     }
-}
-
-/// The nearest bf16 number, ties to even, in the lower half; what is not a number stays so.
-pub(crate) fn rounded(value: f32) -> u32 {
-    let bits = value.to_bits();
-    if value.is_nan() { bits >> 16 | 0x40 } else { bits.wrapping_add(0x7fff + (bits >> 16 & 1)) >> 16 }
 }
 
 /// Rounds a tile and stores it in both forms.
@@ -228,19 +225,9 @@ mod tests {
     #[test]
     fn products_match_their_definition() {
         if Brain::available() {
-            let value = |x| f32::from_bits(rounded(x) << 16);
-            crate::panels::tests::products_match_their_definition::<Brain>(value);
+            crate::panels::tests::products_match_their_definition::<Brain>(crate::rounded::nearest);
         } else {
             eprintln!("skipped: this processor has no AVX-512 BF16");
         }
-    }
-
-    #[test]
-    fn rounding_is_to_the_nearest_and_keeps_what_is_no_number() {
-        let value = |x: f32| f32::from_bits(rounded(x) << 16);
-        assert_eq!(value(1.0 + 1.0 / 256.0), 1.0);
-        assert_eq!(value(1.0 + 3.0 / 256.0), 1.0 + 4.0 / 256.0);
-        assert!(value(f32::NAN).is_nan() && value(f32::from_bits(0x7fff_ffff)).is_nan());
-        assert_eq!(value(f32::NEG_INFINITY), f32::NEG_INFINITY);
     }
 }

@@ -19,6 +19,7 @@ mod partials;
 #[cfg(test)]
 mod pytorch;
 mod rollout;
+mod rounded;
 mod slot;
 mod team;
 mod trainer;

@@ -62,6 +62,12 @@ impl Architecture {
         self.widths[0]
     }
 
+    /// Weights (`units × inputs`) and biases of the first layer.
+    pub(crate) fn first_layer_mut<'a>(&self, parameters: &'a mut [f32]) -> (&'a mut [f32], &'a mut [f32]) {
+        let (weights, rest) = parameters.split_at_mut(self.widths[0] * self.widths[1]);
+        (weights, &mut rest[..self.widths[1]])
+    }
+
     fn outputs(&self) -> usize {
         *self.widths.last().expect("a network has an output")
     }

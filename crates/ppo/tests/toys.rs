@@ -2,7 +2,7 @@
 
 mod toy;
 
-use policy::{Checkpoint, ForwardWorkspace};
+use policy::{Checkpoint, ForwardWorkspace, Linear, VecEnv as _};
 use ppo::{Config, Precision, TrainError, Trainer};
 use toy::{Rule, Toy, config};
 
@@ -61,22 +61,11 @@ fn a_resumed_run_gives_the_same_bits() {
     }
 }
 
-/// Precisions of this processor.
-fn precisions() -> Vec<Precision> {
-    let all = [Precision::F32, Precision::Bf16];
-    all.into_iter()
-        .filter(|p| {
-            p.available() || {
-                eprintln!("skipped: no {p:?} here");
-                false
-            }
-        })
-        .collect()
-}
+const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::Bf16];
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    for precision in precisions() {
+    for precision in PRECISIONS {
         let config = Config { precision, ..config() };
         // Minibatches of twelve tiles, so that every thread has work.
         let weights = || {
@@ -94,12 +83,28 @@ fn threads_do_not_change_a_bit() {
 
 #[test]
 fn every_precision_begins_with_ratios_of_one() {
-    for precision in precisions() {
+    for precision in PRECISIONS {
         let config = Config { precision, epochs: 1, minibatches: 1, ..config() };
         let mut trainer = Trainer::new(config, 3, Toy::new(Rule::Echo, 64)).unwrap();
         let first = trainer.iterate().unwrap();
         // The rollout's log-probabilities are of the same precision as the update's.
         assert!(first.clip_fraction == 0.0 && first.kl.abs() < 1e-6, "{precision:?}: {first:?}");
+    }
+}
+
+#[test]
+fn every_unit_has_its_kink_at_one_of_the_first_observations() {
+    let mut toy = Toy::new(Rule::Echo, 64);
+    let mut seen = vec![0.0; 64 * toy.observation_dim()];
+    toy.reset(&mut seen);
+    let config = Config { kinks_at_observations: true, ..config() };
+    let policy = Trainer::new(config, 3, Toy::new(Rule::Echo, 64)).unwrap().policy();
+    let Linear { inputs, outputs, weight, bias } = &policy.layers[0];
+    for unit in 0..*outputs {
+        let row = &seen[unit * 64 / outputs * inputs..][..*inputs];
+        let products = row.iter().zip(&weight[unit * inputs..]).map(|(x, w)| x * w);
+        let sum = bias[unit] + products.sum::<f32>();
+        assert!(sum.abs() < 1e-6, "unit {unit}: {sum}");
     }
 }
 

@@ -18,6 +18,7 @@ use crate::{
     panels::Single,
     partials::Partials,
     rollout::{Rollout, normalize},
+    rounded::Rounded,
     team::Team,
 };
 
@@ -191,7 +192,34 @@ impl<E: VecEnv> Trainer<E> {
             buffers,
         };
         trainer.store_observations(0);
+        if trainer.config.kinks_at_observations {
+            trainer.move_kinks();
+        }
         Ok(trainer)
+    }
+
+    /// Chooses the first layers' biases so that every unit has its kink at one of the first observations, of environments spread
+    /// over those of all ranks.
+    fn move_kinks(&mut self) {
+        let Self { networks, parameters, rollout, team, .. } = self;
+        let (own, total) = (team.own_envs(), team.total_envs());
+        let width = rollout.observation_dim;
+        let observations = rollout.observations_at(0);
+        let (actor, critic, _) = networks.split_mut(parameters);
+        for (architecture, parameters) in [(&networks.actor, actor), (&networks.critic, critic)] {
+            let (weights, biases) = architecture.first_layer_mut(parameters);
+            let units = biases.len();
+            let bias = |(unit, weights): (usize, &[f32])| {
+                let env = unit * total / units;
+                let row = own.contains(&env).then(|| &observations[(env - own.start) * width..][..width]);
+                let products = row.into_iter().flat_map(|row| row.iter().zip(weights));
+                -products.map(|(x, w)| f64::from(x * w)).sum::<f64>()
+            };
+            let of_ranks = team.gather_f64(weights.chunks(width).enumerate().map(bias).collect());
+            for (unit, bias) in biases.iter_mut().enumerate() {
+                *bias = of_ranks[unit..].iter().step_by(units).sum::<f64>() as f32;
+            }
+        }
     }
 
     /// The environments.
@@ -322,11 +350,14 @@ impl<E: VecEnv> Trainer<E> {
     }
 }
 
-/// The arithmetic of a precision; the settings were checked for what this processor can.
+/// The arithmetic of a precision, by the instructions that this processor has.
 fn engine(precision: Precision, networks: &Networks, partials: Partials) -> Box<dyn Engine> {
     match precision {
         #[cfg(target_arch = "x86_64")]
-        Precision::Bf16 => Box::new(Workspace::<crate::brain::Brain>::new(networks, partials)),
-        _ => Box::new(Workspace::<Single>::new(networks, partials)),
+        Precision::Bf16 if precision.is_accelerated() => {
+            Box::new(Workspace::<crate::brain::Brain>::new(networks, partials))
+        }
+        Precision::Bf16 => Box::new(Workspace::<Rounded>::new(networks, partials)),
+        Precision::F32 => Box::new(Workspace::<Single>::new(networks, partials)),
     }
 }
