@@ -80,6 +80,7 @@ impl TaskConfig for GuidanceConfig {
             learning_rate_range: [1e-5, 5e-3],
             initial_std: 0.5,
             entropy_coefficient: 0.003,
+            kinks_at_observations: true,
             symmetry: true,
             ..ppo::Config::default()
         };

@@ -21,13 +21,19 @@ use crate::training::Outcome;
 const SEEDS: u64 = 3;
 
 /// One thing that is other than in `guidedog config supervisor`, of which the training is half as long here: its name and its settings.
-const ABLATIONS: [(&str, &[&str]); 9] = [
+const ABLATIONS: [(&str, &[&str]); 10] = [
     ("ours", &[]),
     ("no-symmetry", &["ppo.symmetry=false"]),
+    ("kinks-near-zero", &["ppo.kinks_at_observations=false"]),
     ("no-drift-term", &["task.heading_drift=0"]),
     (
         "paper-forces",
-        &["task.pull.x_n=[-80, 0]", "task.pull.y_n=[-40, 40]", "task.pull.near_threshold_share=0"],
+        &[
+            "task.pull.x_n=[-80, 0]",
+            "task.pull.y_n=[-40, 40]",
+            "task.pull.near_threshold_share=0",
+            "task.pull.period_s=5",
+        ],
     ),
     (
         "paper-task",
@@ -35,6 +41,7 @@ const ABLATIONS: [(&str, &[&str]); 9] = [
             "task.pull.x_n=[-80, 0]",
             "task.pull.y_n=[-40, 40]",
             "task.pull.near_threshold_share=0",
+            "task.pull.period_s=5",
             "task.threshold_margin_n=0",
             "task.heading_drift=0",
             "task.fall=0",

@@ -26,7 +26,8 @@ pub struct PullConfig {
     pub near_threshold_share: f32,
     /// How near, ± \[N; 0 to 20\]. Source: docs/results.md, "Thresholds".
     pub near_threshold_n: f32,
-    /// Time between two draws \[s; 0.1 to 1000\]. Source: the paper, 5.
+    /// Time between two draws; where pulls change more often, what the robot does already says less of what it is to do \[s; 0.1 to
+    /// 1000\]. Source: docs/results.md, "Thresholds"; the paper: 5.
     pub period_s: f32,
     /// Error of the observed force along each axis, uniform, ±; drawn at every supervisor step \[N; 0 to 100\]. Source: ours,
     /// 0.
@@ -39,9 +40,9 @@ impl Default for PullConfig {
             x_n: [-120.0, 60.0],
             y_n: [-60.0, 60.0],
             z_n: [-20.0, 20.0],
-            near_threshold_share: 0.4,
+            near_threshold_share: 0.8,
             near_threshold_n: 4.0,
-            period_s: 5.0,
+            period_s: 2.5,
             noise_n: 0.0,
         }
     }
@@ -50,7 +51,13 @@ impl Default for PullConfig {
 impl PullConfig {
     /// The paper's pulls.
     pub fn paper() -> Self {
-        Self { x_n: [-80.0, 0.0], y_n: [-40.0, 40.0], near_threshold_share: 0.0, ..Self::default() }
+        Self {
+            x_n: [-80.0, 0.0],
+            y_n: [-40.0, 40.0],
+            near_threshold_share: 0.0,
+            period_s: 5.0,
+            ..Self::default()
+        }
     }
 
     /// Checks the ranges.
