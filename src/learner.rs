@@ -162,9 +162,7 @@ where
 {
     let settings = &config.training;
     if run.is_some() && !config.ppo.precision.is_accelerated() {
-        eprintln!(
-            "ppo.precision is bf16, which takes as long as f32 here: this processor has no AVX-512 BF16"
-        );
+        eprintln!("ppo.precision is bf16, which is slower than f32 here: this processor has no AVX-512 BF16");
     }
     let text = toml::to_string(config).context("cannot write the configuration")?;
     same_on_all(&*exchange, &text)?;

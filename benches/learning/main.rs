@@ -155,12 +155,12 @@ fn follow(options: &Options) {
 }
 
 fn parse(mut words: impl Iterator<Item = String>) -> Result<Option<Options>, String> {
-    let available: Vec<Precision> = [Precision::F32, Precision::Bf16]
+    let accelerated: Vec<Precision> = [Precision::F32, Precision::Bf16]
         .into_iter()
         .filter(|precision| precision.is_accelerated())
         .collect();
     let mut options = Options {
-        precisions: available.clone(),
+        precisions: accelerated.clone(),
         threads: 1,
         samples: 98_304,
         rounds: 3,
@@ -174,8 +174,9 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Option<Options>, Str
             "--precision" => {
                 let name = value()?;
                 let named = |p: &Precision| format!("{p:?}").to_lowercase() == name;
-                let found = available.iter().copied().find(named);
-                options.precisions = vec![found.ok_or(format!("{name}: this processor has {available:?}"))?];
+                let found = accelerated.iter().copied().find(named);
+                options.precisions =
+                    vec![found.ok_or(format!("{name}: this processor has {accelerated:?}"))?];
             }
             "--threads" => options.threads = number(value()?)?,
             "--samples" => options.samples = number(value()?)?,

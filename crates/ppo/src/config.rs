@@ -10,8 +10,8 @@ pub enum Precision {
     /// Single precision.
     #[default]
     F32,
-    /// Products of bf16 numbers (8 bits of precision). About twice as fast on a processor with AVX-512 BF16; on any other the
-    /// same numbers in the time of `F32`.
+    /// Products of bf16 numbers (8 bits of precision). About twice as fast on a processor with AVX-512 BF16; on any other
+    /// computed in single precision, and a little slower than `F32`.
     Bf16,
 }
 

@@ -1,6 +1,6 @@
 //! bf16 in single precision: every number is rounded to eight bits' precision (Google Brain's format) when it is stored, and
 //! multiplied as single precision is. A product of two such numbers is exact, so this is what `brain.rs` computes but for the
-//! order of its sums: its plain reference, and its stand-in on processors without its instructions, no faster than f32.
+//! order of its sums: its plain reference, and its stand-in on processors without its instructions, a little slower than f32.
 
 use crate::panels::{LANES, Precision, Single, SinglePanels, Tile};
 
