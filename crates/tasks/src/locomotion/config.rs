@@ -47,6 +47,9 @@ pub struct LocomotionConfig {
     pub episode_s: f32,
     /// Scale of the sensors' errors \[1; 0 to 10\]. Source: Isaac Lab, whose errors are 1.
     pub observation_noise: f32,
+    /// What the height scan is multiplied with before the first layer \[1/m; 0.1 to 20\]. Source: docs/results.md, "Scale of the
+    /// height scan"; legged_gym: 5, Isaac Lab: 1.
+    pub scan_scale: f32,
     /// Penalties and disturbances grow only while the mean of exp(−|e_xy|² / 0.25) over all robots is above this: a robot
     /// that cannot walk yet is not made to stand still by them \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
     pub ramp_tracking: f32,
@@ -75,6 +78,7 @@ impl Default for LocomotionConfig {
             max_initial_level: 2,
             episode_s: 20.0,
             observation_noise: 1.0,
+            scan_scale: 2.0,
             ramp_tracking: 0.6,
             stiffness: actuator.stiffness,
             damping: actuator.damping,
@@ -96,6 +100,7 @@ impl LocomotionConfig {
         within("max_initial_level", self.max_initial_level as f64, 0.0, 9.0)?;
         within("episode_s", f64::from(self.episode_s), 0.1, 1000.0)?;
         within("observation_noise", f64::from(self.observation_noise), 0.0, 10.0)?;
+        within("scan_scale", f64::from(self.scan_scale), 0.1, 20.0)?;
         within("ramp_tracking", f64::from(self.ramp_tracking), 0.0, 1.0)?;
         within("stiffness", self.stiffness, 1.0, 1000.0)?;
         within("damping", self.damping, 0.0, 100.0)?;

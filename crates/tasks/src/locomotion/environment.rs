@@ -124,15 +124,15 @@ impl VecEnv for LocomotionEnv {
         layout::JOINTS
     }
 
-    /// legged_gym's factors, which learned where raw observations did not; but 2 instead of 5 for the height scan, whose errors would
-    /// otherwise make up most of the input.
+    /// legged_gym's factors, which learned where raw observations did not; but [`LocomotionConfig::scan_scale`] for the height scan,
+    /// whose errors would at 5 make up most of the input.
     fn observation_scale(&self) -> Vec<f32> {
         let mut scale = vec![1.0; OBSERVATION];
         scale[layout::BASE_LINEAR_VELOCITY.range()].fill(2.0);
         scale[layout::BASE_ANGULAR_VELOCITY.range()].fill(0.25);
         scale[layout::VELOCITY_COMMAND.range()].copy_from_slice(&[2.0, 2.0, 0.25]);
         scale[layout::JOINT_VELOCITY.range()].fill(0.05);
-        scale[layout::LOCOMOTION_SCAN.range()].fill(2.0);
+        scale[layout::LOCOMOTION_SCAN.range()].fill(self.config.scan_scale);
         scale
     }
 
@@ -248,3 +248,5 @@ impl VecEnv for LocomotionEnv {
 mod meant_pulls;
 #[cfg(test)]
 mod non_finite;
+#[cfg(test)]
+mod scan_scale;
