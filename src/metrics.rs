@@ -122,21 +122,14 @@ fn parse_row(line: &str, width: usize) -> Option<Vec<Option<f64>>> {
 mod tests {
     use super::*;
 
-    fn folder(test: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("guidedog-metrics-{test}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
-        folder
-    }
-
     fn row(reward: f64) -> Vec<(String, f64)> {
         vec![("reward".into(), reward)]
     }
 
     #[test]
     fn resuming_drops_rows_after_the_checkpoint() {
-        let folder = folder("resume");
-        let path = folder.join("metrics.csv");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
         let mut table = MetricsTable::open(&path, 0).unwrap();
         for iteration in 1..=5 {
             table.append(iteration, &row(iteration as f64 / 3.0)).unwrap();
@@ -147,37 +140,33 @@ mod tests {
         let table = MetricsTable::open(&path, u64::MAX).unwrap();
         assert_eq!(table.column("reward"), expected);
         assert!(table.rows().eq(expected.map(|(iteration, value)| (iteration, row(value)))));
-        fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
     fn a_broken_last_row_is_dropped() {
-        let folder = folder("broken");
-        let path = folder.join("metrics.csv");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
         fs::write(&path, "iteration,reward,kl\n1,0.5,0.1\n2,0.").unwrap();
         assert_eq!(MetricsTable::open(&path, 9).unwrap().column("reward"), [(1, 0.5)]);
         assert_eq!(fs::read_to_string(&path).unwrap(), "iteration,reward,kl\n1,0.5,0.1\n");
-        fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
     fn a_new_name_becomes_a_column_empty_before() {
-        let folder = folder("column");
-        let path = folder.join("metrics.csv");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
         let mut table = MetricsTable::open(&path, 0).unwrap();
         table.append(1, &row(0.5)).unwrap();
         table.append(2, &[("falls".into(), 3.0)]).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "iteration,reward,falls\n1,0.5,\n2,,3\n");
-        fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
     fn a_file_that_is_no_table_is_refused() {
-        let folder = folder("refused");
-        let path = folder.join("metrics.csv");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
         fs::write(&path, "something else\n").unwrap();
         let message = MetricsTable::open(&path, 0).unwrap_err().to_string();
         assert_eq!(message, r#"first column is "something else", must be "iteration""#);
-        fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -83,8 +83,8 @@ mod tests {
 
     #[test]
     fn what_was_recorded_is_drawn_in_order_and_what_never_changed_is_not() {
-        let name = format!("guidedog-plots-{}", std::process::id());
-        let run = RunFolder::open(&std::env::temp_dir(), &name).unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let run = RunFolder::open(root.path(), "recorded").unwrap();
         let mut table = MetricsTable::open(&run.file("metrics.csv"), 0).unwrap();
         for i in 1..=100_u64 {
             let row = [
@@ -105,6 +105,5 @@ mod tests {
         assert!(places.is_sorted(), "{places:?}");
         assert!(!picture.contains("progress") && !picture.contains(">env_steps<"));
         assert_eq!(picture.matches("class=\"panel\"").count(), order.len());
-        std::fs::remove_dir_all(run.path()).unwrap();
     }
 }

@@ -179,29 +179,22 @@ fn lock(folder: &Path) -> Result<File> {
 mod tests {
     use super::*;
 
-    fn root(test: &str) -> PathBuf {
-        let root = std::env::temp_dir().join(format!("guidedog-run-{test}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&root);
-        root
-    }
-
     #[test]
     fn a_second_process_is_refused_until_the_first_is_gone() {
-        let root = root("lock");
-        let first = RunFolder::open(&root, "a").unwrap();
-        let message = RunFolder::open(&root, "a").unwrap_err().to_string();
+        let root = tempfile::tempdir().unwrap();
+        let first = RunFolder::open(root.path(), "a").unwrap();
+        let message = RunFolder::open(root.path(), "a").unwrap_err().to_string();
         assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
-        RunFolder::open(&root, "b").expect("another run is free");
-        assert!(is_held(first.path()) && !is_held(&root.join("b")));
+        RunFolder::open(root.path(), "b").expect("another run is free");
+        assert!(is_held(first.path()) && !is_held(&root.path().join("b")));
         drop(first);
-        RunFolder::open(&root, "a").expect("the lock went with its holder");
-        fs::remove_dir_all(root).unwrap();
+        RunFolder::open(root.path(), "a").expect("the lock went with its holder");
     }
 
     #[test]
     fn a_damaged_checkpoint_falls_back_to_the_one_before_and_says_so() {
-        let root = root("damaged");
-        let run = RunFolder::open(&root, "a").unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let run = RunFolder::open(root.path(), "a").unwrap();
         for (iteration, text) in [(10, "ten"), (20, "twenty"), (30, "")] {
             write_atomic(&run.checkpoint(iteration), text.as_bytes()).unwrap();
         }
@@ -218,13 +211,12 @@ mod tests {
             "{said:?}"
         );
         assert!(run.load_newest(|_| -> Result<()> { anyhow::bail!("no") }, |_| {}).is_err());
-        fs::remove_dir_all(root).unwrap();
     }
 
     #[test]
     fn pruning_keeps_the_newest_and_the_best() {
-        let root = root("prune");
-        let run = RunFolder::open(&root, "a").unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let run = RunFolder::open(root.path(), "a").unwrap();
         for iteration in [1, 2, 10, 9, 3] {
             fs::write(run.checkpoint(iteration), "x").unwrap();
         }
@@ -233,13 +225,13 @@ mod tests {
         let left: Vec<u64> = run.checkpoints().unwrap().into_iter().map(|(iteration, _)| iteration).collect();
         assert_eq!(left, [10, 9, 3]);
         assert!(run.best_checkpoint().exists());
-        fs::remove_dir_all(root).unwrap();
     }
 
     #[test]
     fn a_name_that_leaves_the_root_is_refused() {
+        let root = tempfile::tempdir().unwrap();
         for name in ["", "..", "a/b", "../x", ".hidden"] {
-            assert!(RunFolder::open(&root("name"), name).unwrap_err().is::<BadInput>(), "{name}");
+            assert!(RunFolder::open(root.path(), name).unwrap_err().is::<BadInput>(), "{name}");
         }
     }
 }

@@ -156,6 +156,8 @@ fn headline(row: &[(String, f64)], shown: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use tempfile::TempDir;
+
     use super::*;
     use crate::metrics::MetricsTable;
     use crate::run_folder::write_atomic;
@@ -205,7 +207,7 @@ mod tests {
     }
 
     /// A run folder that goes with the test.
-    struct Scratch(RunFolder);
+    struct Scratch(RunFolder, #[expect(dead_code, reason = "holds the folder")] TempDir);
 
     impl std::ops::Deref for Scratch {
         type Target = RunFolder;
@@ -214,15 +216,9 @@ mod tests {
         }
     }
 
-    impl Drop for Scratch {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(self.0.path());
-        }
-    }
-
-    fn run(test: &str) -> Scratch {
-        let name = format!("guidedog-training-{test}-{}", std::process::id());
-        Scratch(RunFolder::open(&std::env::temp_dir(), &name).unwrap())
+    fn run() -> Scratch {
+        let root = tempfile::tempdir().unwrap();
+        Scratch(RunFolder::open(root.path(), "counted").unwrap(), root)
     }
 
     fn column(run: &RunFolder) -> Vec<u64> {
@@ -232,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_finished_run_keeps_the_newest_and_the_best() {
-        let run = run("finished");
+        let run = run();
         let outcome =
             train(&mut Counter::new(0), &run, &settings(), &[], &Interrupt::default(), None).unwrap();
         assert_eq!(outcome, Outcome::Finished);
@@ -244,7 +240,7 @@ mod tests {
 
     #[test]
     fn an_interrupted_run_saves_and_goes_on_where_it_was() {
-        let run = run("interrupted");
+        let run = run();
         let mut counter = Counter { interrupt_at: 4, ..Counter::new(0) };
         let interrupt = counter.interrupt.clone();
         let lazy = TrainingSettings { checkpoint_period_s: 1e9, ..settings() };
@@ -257,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_broken_learner_is_not_saved_and_the_last_good_checkpoint_is_named() {
-        let run = run("broken");
+        let run = run();
         let mut counter = Counter { broken_at: 7, ..Counter::new(0) };
         let error = train(&mut counter, &run, &settings(), &[], &Interrupt::default(), None).unwrap_err();
         let message = format!("{error:#}");

@@ -1,9 +1,10 @@
 //! The program from outside: what it prints, and how it refuses what it cannot use.
 
-use std::path::PathBuf;
+use std::io::Write as _;
 use std::process::{Command, Output};
 
 use guidedog::policy::{Activation, Linear, Mlp, write_onnx};
+use tempfile::NamedTempFile;
 
 fn guidedog(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_guidedog")).args(arguments).output().expect("the program starts")
@@ -98,24 +99,18 @@ fn a_robot_file_that_is_missing_or_no_urdf_is_refused_with_its_name() {
     refuses(&["inspect", "robot", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")], &["Cargo.toml"]);
 }
 
-/// A file of this test process, removed at the end.
-struct TestFile(PathBuf);
+/// A file that goes with the test.
+struct TestFile(NamedTempFile);
 
 impl TestFile {
-    fn new(name: &str, bytes: &[u8]) -> Self {
-        let path = std::env::temp_dir().join(format!("guidedog-cli-{}-{name}", std::process::id()));
-        std::fs::write(&path, bytes).unwrap();
-        Self(path)
+    fn new(bytes: &[u8]) -> Self {
+        let mut file = NamedTempFile::new().unwrap();
+        file.write_all(bytes).unwrap();
+        Self(file)
     }
 
     fn path(&self) -> &str {
-        self.0.to_str().unwrap()
-    }
-}
-
-impl Drop for TestFile {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
+        self.0.path().to_str().unwrap()
     }
 }
 
@@ -138,7 +133,7 @@ fn supervisor() -> Vec<u8> {
 
 #[test]
 fn a_policy_is_shown_with_its_limits_and_metadata() {
-    let file = TestFile::new("shown", &supervisor());
+    let file = TestFile::new(&supervisor());
     let text = stdout(&guidedog(&["inspect", "policy", file.path()]));
     let lines = [
         &format!("{}: 1843 parameters", file.path()),
@@ -158,7 +153,7 @@ fn a_policy_is_shown_with_its_limits_and_metadata() {
 
 #[test]
 fn a_policy_is_shown_to_programs() {
-    let file = TestFile::new("json", &supervisor());
+    let file = TestFile::new(&supervisor());
     let output = guidedog(&["inspect", "policy", file.path(), "--json"]);
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let expected = serde_json::json!({
@@ -181,12 +176,12 @@ fn a_policy_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason() {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
     refuses(&["inspect", "policy", manifest], &["Cargo.toml", "not a whole ONNX file"]);
     let whole = supervisor();
-    let cut = TestFile::new("cut", &whole[..whole.len() / 2]);
+    let cut = TestFile::new(&whole[..whole.len() / 2]);
     refuses(&["inspect", "policy", cut.path()], &[cut.path(), "not a whole ONNX file"]);
     let mut other = whole;
     let at = other.windows(4).position(|word| word == b"Tanh").unwrap();
     other[at..at + 4].copy_from_slice(b"Sinh");
-    let other = TestFile::new("operator", &other);
+    let other = TestFile::new(&other);
     refuses(&["inspect", "policy", other.path(), "--json"], &[other.path(), "operator Sinh"]);
 }
 
@@ -194,7 +189,7 @@ fn a_policy_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason() {
 fn dynamics_obey_newton_and_show_what_touches_the_ground() {
     let state =
         r#"{"base_position": [0, 0, 0.1], "hand_force": [-60, 10, 5], "joint_torque": {"LF_HAA": 3.5}}"#;
-    let file = TestFile::new("state", state.as_bytes());
+    let file = TestFile::new(state.as_bytes());
     let output = guidedog(&["inspect", "dynamics", "--state", file.path(), "--json"]);
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let numbers = |value: &serde_json::Value| -> Vec<f64> {
@@ -219,7 +214,7 @@ fn dynamics_obey_newton_and_show_what_touches_the_ground() {
 #[test]
 fn a_state_that_cannot_be_is_refused_with_what_is_allowed() {
     let refuses_state = |text: &str, parts: &[&str]| {
-        let file = TestFile::new("bad-state", text.as_bytes());
+        let file = TestFile::new(text.as_bytes());
         refuses(&["inspect", "dynamics", "--state", file.path()], parts);
     };
     refuses(&["inspect", "dynamics", "--state", "no/such.json"], &["no/such.json", "No such file"]);

@@ -4,7 +4,7 @@
 
 mod python;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use guidedog::policy::{
     Activation, ForwardWorkspace, Linear, Mlp, load_onnx, read_onnx, save_onnx, write_onnx,
@@ -60,23 +60,6 @@ fn forward(mlp: &Mlp, rows: &[Vec<f32>]) -> Vec<f32> {
     output
 }
 
-/// A folder of this test process, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("guidedog-onnx-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// What `scripts/reference/check_onnx.py` says of a file and computes for these batches.
 fn onnxruntime(folder: &Path, policy: &Path, batches: &[Vec<Vec<f32>>]) -> serde_json::Value {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/reference/check_onnx.py");
@@ -92,16 +75,16 @@ fn onnxruntime(folder: &Path, policy: &Path, batches: &[Vec<Vec<f32>>]) -> serde
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-fn agrees_with_onnxruntime(name: &str, mlp: &Mlp) {
+fn agrees_with_onnxruntime(mlp: &Mlp) {
     if !has_packages("numpy, onnx, onnxruntime") {
         return;
     }
-    let folder = Folder::new(name);
-    let path = folder.0.join("policy.onnx");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("policy.onnx");
     save_onnx(&path, mlp, &metadata()).unwrap();
     let mut random = random(1);
     let batches = [1, 33].map(|rows| observations(mlp, rows, &mut random));
-    let found = onnxruntime(&folder.0, &path, &batches);
+    let found = onnxruntime(folder.path(), &path, &batches);
 
     assert_eq!(found["inputs"][0]["name"], "obs");
     assert_eq!(found["inputs"][0]["shape"], serde_json::json!(["N", mlp.inputs()]));
@@ -125,7 +108,7 @@ fn agrees_with_onnxruntime(name: &str, mlp: &Mlp) {
 
 #[test]
 fn onnxruntime_computes_what_the_locomotion_network_does() {
-    agrees_with_onnxruntime("locomotion", &locomotion());
+    agrees_with_onnxruntime(&locomotion());
 }
 
 #[test]
@@ -136,7 +119,7 @@ fn onnxruntime_limits_the_commands_of_the_supervisor_as_we_do() {
     let limited = actions.chunks(3).flat_map(|row| row.iter().zip(&low).zip(&high));
     let limited = limited.filter(|((action, low), high)| action == low || action == high).count();
     assert!((10..90).contains(&limited), "{limited} of 99 actions are at a limit: this would show little");
-    agrees_with_onnxruntime("supervisor", &mlp);
+    agrees_with_onnxruntime(&mlp);
 }
 
 /// A cut inside the metadata may fall between two entries; then what is left of them is read, and the network is whole.

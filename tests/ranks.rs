@@ -1,13 +1,13 @@
 //! Several ranks, as threads of this process, train what one process trains: the same checkpoints and metrics.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::Result;
 use guidedog::config::resolve;
 use guidedog::interrupt::Interrupt;
-use guidedog::learner::{Start, Trainable, learn_together};
+use guidedog::learner::{Start, Trainable, Training};
 use guidedog::policy::Checkpoint;
 use guidedog::ppo::exchange::threads;
 use guidedog::run_config::{LocomotionRun, Run};
@@ -15,24 +15,6 @@ use guidedog::run_folder::RunFolder;
 use guidedog::tasks::{guidance::GuidanceConfig, locomotion::LocomotionConfig};
 use guidedog::training::Outcome;
 use serde::{Serialize, de::DeserializeOwned};
-
-/// A folder that goes with the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("guidedog-ranks-{test}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
 
 /// The settings, with small networks and a checkpoint after every iteration.
 fn settings<T: Trainable>(more: &[String]) -> Run<T>
@@ -60,14 +42,9 @@ where
         let begin = |(rank, exchange)| {
             scope.spawn(move || {
                 let run = (rank == 0).then(|| RunFolder::open(root, name).unwrap());
-                learn_together(
-                    Box::new(exchange),
-                    run.as_ref(),
-                    &config(rank),
-                    start,
-                    &Interrupt::default(),
-                    None,
-                )
+                let config = config(rank);
+                let training = Training::unseen(&config, start);
+                training.learn_together(Box::new(exchange), run.as_ref(), &Interrupt::default())
             })
         };
         let running: Vec<_> = threads(ranks).into_iter().enumerate().map(begin).collect();
@@ -89,12 +66,12 @@ fn metrics(root: &Path, name: &str) -> Vec<Vec<String>> {
 }
 
 /// One, two and three ranks, and one run that goes on with another number of them at every iteration.
-fn ranks_train_the_same<T: Trainable + Sync>(test: &str, more: &[&str])
+fn ranks_train_the_same<T: Trainable + Sync>(more: &[&str])
 where
     Run<T>: Serialize + DeserializeOwned,
 {
-    let folder = Folder::new(test);
-    let root = &folder.0;
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
     let config = |iterations: u64| {
         let mut all: Vec<String> = more.iter().map(|&setting| setting.to_owned()).collect();
         all.push(format!("training.iterations={iterations}"));
@@ -124,13 +101,13 @@ where
 fn ranks_that_learn_to_walk_on_rough_ground() {
     // The curriculum and the growing disturbances go by all robots: short episodes, and a ramp that begins at once.
     let more = ["training.num_envs=80", "task.episode_s=0.4", "task.ramp_tracking=0.0"];
-    ranks_train_the_same::<LocomotionConfig>("walk", &more);
+    ranks_train_the_same::<LocomotionConfig>(&more);
 }
 
 #[test]
 fn ranks_that_learn_to_guide() {
     let more = ["training.num_envs=400", "task.episode_s=2.0", "ppo.steps_per_env=6"];
-    ranks_train_the_same::<GuidanceConfig>("guide", &more);
+    ranks_train_the_same::<GuidanceConfig>(&more);
 }
 
 fn refused(outcomes: Vec<Result<Outcome>>) -> Vec<String> {
@@ -139,8 +116,8 @@ fn refused(outcomes: Vec<Result<Outcome>>) -> Vec<String> {
 
 #[test]
 fn what_stops_one_rank_stops_all_and_rank_0_says_it() {
-    let folder = Folder::new("stops");
-    let root = &folder.0;
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
     let few = |more: &[&str]| {
         let base = ["training.num_envs=32", "training.iterations=2", "task.terrain=flat"];
         settings::<LocomotionConfig>(&base.iter().chain(more).map(|&s| s.to_owned()).collect::<Vec<_>>())
@@ -161,21 +138,21 @@ fn without_mpi_several_processes_are_refused_and_not_let_into_one_folder() {
     if cfg!(feature = "mpi") {
         return;
     }
-    let folder = Folder::new("without");
+    let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_guidedog"));
-    command.current_dir(&folder.0).args(["train", "locomotion"]).env("OMPI_COMM_WORLD_SIZE", "2");
+    command.current_dir(&folder).args(["train", "locomotion"]).env("OMPI_COMM_WORLD_SIZE", "2");
     let output = command.output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("built without MPI") && said.contains("--features mpi"), "{said}");
-    assert!(!folder.0.join("runs").exists());
+    assert!(!folder.path().join("runs").exists());
 }
 
 /// A run of before that does not name a setting of today goes on with its default.
 #[test]
 fn a_setting_that_did_not_exist_when_a_run_began_is_its_default() {
-    let folder = Folder::new("before");
-    let root = &folder.0;
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
     let config = |iterations: u64| -> LocomotionRun {
         let iterations = format!("training.iterations={iterations}");
         settings(&["training.num_envs=16".into(), "task.terrain=flat".into(), iterations])

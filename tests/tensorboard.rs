@@ -22,16 +22,14 @@ fn tensorboard_reads_a_trainings_reward_terms_and_histograms_by_name() {
     if !has_packages("tensorboard") {
         return;
     }
-    let folder = std::env::temp_dir().join(format!("guidedog-tensorboard-run-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let small = ["iterations=2", "num_envs=16"].map(|setting| format!("training.{setting}"));
     let nets = ["actor_hidden=[8]", "critic_hidden=[8]"].map(|setting| format!("ppo.{setting}"));
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_guidedog"));
     command.current_dir(&folder).args(["train", "locomotion", "--set", "task.terrain=flat"]);
     command.args(small.iter().chain(&nets).flat_map(|setting| ["--set", setting]));
     assert!(command.output().unwrap().status.success());
-    let output = python().args(["-c", READER]).arg(folder.join("runs/locomotion")).output().unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
+    let output = python().args(["-c", READER]).arg(folder.path().join("runs/locomotion")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8_lossy(&output.stdout);
     let terms = guidedog::tasks::locomotion::reward::term_names().map(|name| format!("reward/{name}"));
@@ -54,18 +52,16 @@ fn tensorboard_reads_every_point_and_forgets_those_a_resumed_run_repeats() {
     if !has_packages("tensorboard") {
         return;
     }
-    let folder = std::env::temp_dir().join(format!("guidedog-tensorboard-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let mut first = EventWriter::create(&folder, 1).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let mut first = EventWriter::create(folder.path(), 1).unwrap();
     for step in 1..=4 {
         first.scalars(step, [("reward", (step - 1) as f64), ("kl", 0.25)]).unwrap();
     }
-    let mut resumed = EventWriter::create(&folder, 3).unwrap();
+    let mut resumed = EventWriter::create(folder.path(), 3).unwrap();
     resumed.scalars(3, [("reward", 7.0), ("kl", 0.0)]).unwrap();
     resumed.histograms(3, &[("weights".into(), vec![-1.0, 0.5, 2.0])]).unwrap();
 
-    let output = python().args(["-c", READER]).arg(&folder).output().unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
+    let output = python().args(["-c", READER]).arg(folder.path()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8_lossy(&output.stdout);
     assert_eq!(text, "kl 1:0.25 2:0.25 3:0\nreward 1:0 2:1 3:7\nweights 3 3 -1 2 1.5 3.0 True\n");

@@ -7,16 +7,14 @@ use std::time::{Duration, Instant};
 
 use guidedog::policy::Checkpoint;
 use guidedog::spatial::{Philox, Purpose};
+use tempfile::TempDir;
 
 /// A folder that goes with the test; runs are made in it.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("guidedog-run-of-{test}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
@@ -31,13 +29,7 @@ impl Folder {
     }
 
     fn file(&self, name: &str) -> PathBuf {
-        self.0.join("runs/small").join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
+        self.0.path().join("runs/small").join(name)
     }
 }
 
@@ -73,7 +65,7 @@ fn newest(folder: &Folder) -> (PathBuf, Vec<u8>) {
 
 #[test]
 fn a_resumed_run_ends_with_the_bits_of_one_never_stopped() {
-    let (whole, cut) = (Folder::new("whole"), Folder::new("cut"));
+    let (whole, cut) = (Folder::new(), Folder::new());
     assert!(whole.train(6, &[]).status.success());
     assert!(cut.train(3, &[]).status.success());
     let again = cut.train(6, &[]);
@@ -90,7 +82,7 @@ fn a_resumed_run_ends_with_the_bits_of_one_never_stopped() {
 
 #[test]
 fn a_polite_kill_saves_and_a_hard_one_loses_nothing_saved() {
-    let folder = Folder::new("killed");
+    let folder = Folder::new();
     for signal in ["-TERM", "-KILL"] {
         let started = Instant::now();
         let mut child = folder
@@ -114,9 +106,9 @@ fn a_polite_kill_saves_and_a_hard_one_loses_nothing_saved() {
 
 /// Kills trainings with SIGKILL after random times, so also while a checkpoint is being written, and lets each go on to the
 /// end of one never stopped.
-fn kills_lose_nothing(test: &str, kills: u32) {
+fn kills_lose_nothing(kills: u32) {
     let iterations = 120;
-    let whole = Folder::new(&format!("{test}-whole"));
+    let whole = Folder::new();
     let started = Instant::now();
     assert!(whole.train(iterations, &[]).status.success());
     let took = started.elapsed();
@@ -126,7 +118,7 @@ fn kills_lose_nothing(test: &str, kills: u32) {
     let mut random = Philox::new(seed, 0, 0, 0, Purpose::Evaluation);
     let (mut done, mut hit, mut while_saving) = (0, 0, 0);
     while done < kills {
-        let folder = Folder::new(&format!("{test}-cut"));
+        let folder = Folder::new();
         // A run is killed up to three times on its way.
         for _ in 0..3.min(kills - done) {
             let mut command = folder.command(&small(iterations));
@@ -163,21 +155,21 @@ fn kills_lose_nothing(test: &str, kills: u32) {
 
 #[test]
 fn kills_at_random_moments_lose_nothing() {
-    kills_lose_nothing("kills", 4);
+    kills_lose_nothing(4);
 }
 
 /// `cargo test --test training -- --ignored --nocapture fifty`
 #[test]
 #[ignore = "takes minutes"]
 fn fifty_kills_at_random_moments_lose_nothing() {
-    kills_lose_nothing("fifty", 50);
+    kills_lose_nothing(50);
 }
 
 #[test]
 fn a_folder_that_cannot_be_written_is_refused_by_name() {
-    let folder = Folder::new("unwritable");
+    let folder = Folder::new();
     // A file where the run's folder should be refuses everyone, root included.
-    fs::write(folder.0.join("runs"), "").unwrap();
+    fs::write(folder.0.path().join("runs"), "").unwrap();
     let output = folder.train(1, &[]);
     assert_eq!(output.status.code(), Some(1));
     let said = message(&output);
@@ -190,7 +182,7 @@ fn rows(folder: &Folder) -> usize {
 
 #[test]
 fn a_full_disk_is_an_error_and_the_checkpoint_before_stays() {
-    let folder = Folder::new("full");
+    let folder = Folder::new();
     assert!(folder.train(2, &[]).status.success());
     let (path, bytes) = newest(&folder);
     // No file may grow beyond a few kilobytes, as if the disk were full.
@@ -209,7 +201,7 @@ fn a_full_disk_is_an_error_and_the_checkpoint_before_stays() {
 
 #[test]
 fn a_terminal_shows_progress_and_scores_in_place_and_a_log_is_quiet() {
-    let folder = Folder::new("terminal");
+    let folder = Folder::new();
     let logged = folder.train(20, &[]);
     let said = message(&logged);
     assert!(logged.status.success() && !said.contains('\u{1b}'), "{said}");
@@ -282,7 +274,7 @@ fn a_disk_that_runs_full_or_is_only_for_reading_is_named_with_the_last_good_chec
 
 #[test]
 fn a_loss_that_is_no_number_stops_the_run_and_names_the_last_good_checkpoint() {
-    let folder = Folder::new("broken");
+    let folder = Folder::new();
     assert!(folder.train(2, &[]).status.success());
     let (path, _) = newest(&folder);
     let mut checkpoint = Checkpoint::load(&path).unwrap();
@@ -301,7 +293,7 @@ fn a_loss_that_is_no_number_stops_the_run_and_names_the_last_good_checkpoint() {
 
 #[test]
 fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
-    let folder = Folder::new("bench");
+    let folder = Folder::new();
     let bench = |name: &str, more: &[&str]| {
         let mut arguments = vec!["bench", "learning", "--task", "flat", "--name", name];
         for setting in &small(1)[4..] {
@@ -324,7 +316,7 @@ fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
-    let table = folder.0.join("runs/hard/flat-a-1/time_to_quality.csv");
+    let table = folder.0.path().join("runs/hard/flat-a-1/time_to_quality.csv");
     let rows = || fs::read_to_string(&table).map_or(0, |text| text.lines().count());
     let started = Instant::now();
     while rows() < 3 && started.elapsed() < Duration::from_secs(120) {
@@ -341,7 +333,7 @@ fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
     let kept = before.lines().take(2).collect::<Vec<_>>();
     assert!(fs::read_to_string(&table).unwrap().starts_with(&kept.join("\n")), "the first judgment is lost");
     let found: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(folder.0.join("found.json")).unwrap()).unwrap();
+        serde_json::from_str(&fs::read_to_string(folder.0.path().join("found.json")).unwrap()).unwrap();
     let trainings = found["trainings"].as_array().unwrap();
     assert_eq!(trainings.len(), 2);
     for training in trainings {
@@ -351,19 +343,19 @@ fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
         );
     }
     let stages = ["1-level", "2-flat"].map(|stage| {
-        let metrics = folder.0.join("runs/hard/flat-a-1").join(stage).join("metrics.csv");
+        let metrics = folder.0.path().join("runs/hard/flat-a-1").join(stage).join("metrics.csv");
         fs::read_to_string(metrics).unwrap().lines().count() - 1
     });
     assert!(stages[0] == 1 && stages[1] > 1, "{stages:?} iterations: the first stage ends, the last goes on");
     for file in ["learning.svg", "results.json", "flat-a-1/1-level/plots.svg", "flat-b-1/2-flat/policy.onnx"]
     {
-        assert!(folder.0.join("runs/hard").join(file).is_file(), "{file}");
+        assert!(folder.0.path().join("runs/hard").join(file).is_file(), "{file}");
     }
 }
 
 #[test]
 fn a_run_of_another_version_and_a_damaged_one_are_refused_with_the_reason() {
-    let folder = Folder::new("version");
+    let folder = Folder::new();
     assert!(folder.train(1, &[]).status.success());
     let (path, bytes) = newest(&folder);
     let at = bytes.windows(25).position(|w| w == br#""guidedog_checkpoint":"1""#).unwrap();
@@ -383,7 +375,7 @@ fn a_run_of_another_version_and_a_damaged_one_are_refused_with_the_reason() {
 
 #[test]
 fn a_run_begins_with_the_policy_of_a_file_and_refuses_one_that_does_not_fit() {
-    let folder = Folder::new("from");
+    let folder = Folder::new();
     assert!(folder.train(1, &[]).status.success());
     let policy = folder.file("policy.onnx");
     let from = |extra: &[&str], name: &str| {
@@ -400,7 +392,7 @@ fn a_run_begins_with_the_policy_of_a_file_and_refuses_one_that_does_not_fit() {
 
 #[test]
 fn settings_that_cannot_be_are_refused_by_name() {
-    let folder = Folder::new("settings");
+    let folder = Folder::new();
     let table = [
         ("ppo.gama=0.9", r#"unknown key "ppo.gama"; the nearest known key is "ppo.gamma""#),
         ("ppo.gamma=1.5", "gamma is 1.5, must be in (0, 1]"),

@@ -3,11 +3,12 @@
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use guidedog::policy::Checkpoint;
+use tempfile::TempDir;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::{Message, WebSocket};
@@ -15,14 +16,11 @@ use tungstenite::{Message, WebSocket};
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A folder that goes with the test; runs are made in it.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("guidedog-watch-{test}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
     }
 
     fn train(&self, task: &str, iterations: u32, more: &[&str]) -> Command {
@@ -44,17 +42,11 @@ impl Folder {
 
     /// What the training left: the newest checkpoint's content and the policy.
     fn result(&self) -> (Checkpoint, Vec<u8>) {
-        let run = self.0.join("runs/small");
+        let run = self.0.path().join("runs/small");
         let number = |path: &Path| path.file_stem()?.to_str()?.parse::<u64>().ok();
         let checkpoints = fs::read_dir(run.join("checkpoints")).unwrap().map(|entry| entry.unwrap().path());
         let newest = checkpoints.filter(|path| number(path).is_some()).max().expect("a checkpoint");
         (Checkpoint::load(&newest).unwrap(), fs::read(run.join("policy.onnx")).unwrap())
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -124,7 +116,7 @@ fn told(message: &Message) -> Option<serde_json::Value> {
 
 #[test]
 fn a_page_sees_robots_their_ground_and_curves_until_the_end() {
-    let folder = Folder::new("page");
+    let folder = Folder::new();
     let training = Training::start(&folder, "supervisor", 5);
     let mut socket = training.watch(Some(&format!("http://{}", training.host))).unwrap();
     let hello = told(&socket.read().unwrap()).unwrap();
@@ -175,7 +167,7 @@ fn a_page_sees_robots_their_ground_and_curves_until_the_end() {
 
 #[test]
 fn whoever_watches_and_however_they_go_the_training_gives_the_same_bits() {
-    let (alone, seen) = (Folder::new("alone"), Folder::new("seen"));
+    let (alone, seen) = (Folder::new(), Folder::new());
     let began = Instant::now();
     assert!(alone.train("locomotion", 12, &[]).status().unwrap().success());
     let took_alone = began.elapsed();
@@ -206,7 +198,7 @@ fn whoever_watches_and_however_they_go_the_training_gives_the_same_bits() {
 
 #[test]
 fn only_its_own_page_may_watch_and_nobody_may_speak() {
-    let folder = Folder::new("refusals");
+    let folder = Folder::new();
     let training = Training::start(&folder, "locomotion", 100_000);
     let host = &training.host;
     assert!(host.starts_with("127.0.0.1:"), "{host}");
@@ -266,7 +258,7 @@ fn only_its_own_page_may_watch_and_nobody_may_speak() {
 
 #[test]
 fn a_port_without_watch_is_refused() {
-    let folder = Folder::new("port");
+    let folder = Folder::new();
     let output = folder.train("locomotion", 1, &["--port", "8080"]).stderr(Stdio::piped()).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("--watch"));

@@ -250,14 +250,12 @@ mod tests {
 
     #[test]
     fn a_finished_part_is_known_by_its_episodes_and_seed() {
-        let folder = std::env::temp_dir().join(format!("guidedog-everything-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let maker = Maker { folder: folder.clone(), episodes: 20, seed: 3 };
+        let folder = tempfile::tempdir().unwrap();
+        let maker = Maker { folder: folder.path().to_owned(), episodes: 20, seed: 3 };
         assert_eq!(maker.finished("part", 20), None);
         let results = Results { episodes: 20, seed: 3, ..Results::default() };
         maker.keep("part", &results).unwrap();
         assert_eq!(maker.finished("part", 20), Some(results));
         assert_eq!(maker.finished("part", 21), None);
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

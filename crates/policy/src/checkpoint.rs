@@ -210,15 +210,13 @@ mod tests {
 
     #[test]
     fn what_is_saved_comes_back() {
-        let folder = std::env::temp_dir().join(format!("guidedog-checkpoint-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let path = folder.join("a.safetensors");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.safetensors");
         sample().save(&path).unwrap();
         assert_eq!(Checkpoint::load(&path).unwrap(), sample());
         assert_eq!(sample().number::<u32>("iteration").unwrap(), 17);
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing temporary stays");
-        assert!(sample().save(&folder.join("missing/a")).is_err());
-        fs::remove_dir_all(&folder).unwrap();
+        assert!(sample().save(&folder.path().join("missing/a")).is_err());
     }
 
     #[test]

@@ -265,13 +265,11 @@ mod tests {
 
     #[test]
     fn a_written_file_reads_back_the_same_and_leaves_nothing_beside_it() {
-        let folder = std::env::temp_dir().join(format!("guidedog-results-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let path = folder.join("results.json");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.json");
         sample().write(&path).unwrap();
         assert_eq!(Results::read(&path).unwrap(), sample());
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     /// The names are read by programs we do not know: changing one must break this test.

@@ -143,14 +143,12 @@ fn the_summary_says_what_matters_in_words() {
 
 #[test]
 fn a_written_file_is_the_page_and_leaves_nothing_beside_it() {
-    let folder = std::env::temp_dir().join(format!("guidedog-report-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.join("report.html");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("report.html");
     write(&full(), &path).unwrap();
     assert_eq!(std::fs::read_to_string(&path).unwrap(), render(&full()));
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
-    assert!(write(&full(), &folder.join("missing/report.html")).is_err());
-    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(write(&full(), &folder.path().join("missing/report.html")).is_err());
 }
 
 /// A page in which every number is `value`, with one point, or three of which two are `value`.
