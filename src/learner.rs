@@ -93,92 +93,90 @@ pub enum Start {
     From(PathBuf),
 }
 
-/// Trains in the run's folder until its iterations are made or the user interrupts; shown through `window`, if there is one.
-///
-/// # Errors
-/// A setting, a checkpoint or the disk that cannot be used; a learner that broke down.
-pub fn learn<T: Trainable>(
-    run: &RunFolder,
-    config: &Run<T>,
-    start: &Start,
-    interrupt: &Interrupt,
-    window: Option<&Arc<Window>>,
-) -> Result<Outcome>
-where
-    Run<T>: Serialize,
-{
-    learn_together(Box::new(Alone), Some(run), config, start, interrupt, window)
+/// A training: of what, from where, and who sees it.
+#[derive(Debug)]
+pub struct Training<'a, T> {
+    /// All settings.
+    pub config: &'a Run<T>,
+    /// Where it begins.
+    pub start: &'a Start,
+    /// Shows its environments and curves, if there is one.
+    pub window: Option<&'a Arc<Window>>,
 }
 
-/// As [`learn`], one of several ranks. Rank 0 alone has the run's folder and a window, and its interrupt alone counts.
-///
-/// # Errors
-/// As [`learn`], on whichever rank: all of them end.
-pub fn learn_together<T: Trainable>(
-    exchange: Box<dyn Exchange>,
-    run: Option<&RunFolder>,
-    config: &Run<T>,
-    start: &Start,
-    interrupt: &Interrupt,
-    window: Option<&Arc<Window>>,
-) -> Result<Outcome>
+impl<'a, T: Trainable> Training<'a, T>
 where
     Run<T>: Serialize,
 {
-    let mut trainer = begin_together(exchange, run, config, start, window)?;
-    let Some(run) = run else { return ranks::follow(&mut trainer) };
-    let mut leader = ranks::Leader(&mut trainer);
-    let shown = window.map(Arc::as_ref);
-    let result = train(&mut leader, run, &config.training, T::SHOWN, interrupt, shown);
-    leader.end(result)
-}
-
-/// The learner of a run, where it is to begin, its settings written to the run's folder; `window` shows its environments.
-///
-/// # Errors
-/// A setting, a checkpoint or the disk that cannot be used.
-pub fn begin<T: Trainable>(
-    run: &RunFolder,
-    config: &Run<T>,
-    start: &Start,
-    window: Option<&Arc<Window>>,
-) -> Result<Trainer<Watched<T::Env>>>
-where
-    Run<T>: Serialize,
-{
-    begin_together(Box::new(Alone), Some(run), config, start, window)
-}
-
-/// As [`begin`], one of several ranks.
-fn begin_together<T: Trainable>(
-    exchange: Box<dyn Exchange>,
-    run: Option<&RunFolder>,
-    config: &Run<T>,
-    start: &Start,
-    window: Option<&Arc<Window>>,
-) -> Result<Trainer<Watched<T::Env>>>
-where
-    Run<T>: Serialize,
-{
-    let settings = &config.training;
-    if run.is_some() && !config.ppo.precision.is_accelerated() {
-        eprintln!("ppo.precision is bf16, which is slower than f32 here: this processor has no AVX-512 BF16");
+    /// One that nobody watches.
+    pub fn unseen(config: &'a Run<T>, start: &'a Start) -> Self {
+        Self { config, start, window: None }
     }
-    let text = toml::to_string(config).context("cannot write the configuration")?;
-    same_on_all(&*exchange, &text)?;
-    let env = Watched::new(exchange.agree(environments(&*exchange, config))?, window.cloned());
-    let mut trainer = Trainer::with_ranks(config.ppo.clone(), settings.seed, env, exchange)
-        .or_bad_input(|| "ppo".into())?;
-    let found: Result<Vec<u8>> = run.map_or(Ok(Vec::new()), |run| {
-        let found = find_beginning::<T>(&mut trainer, run, &text, start)?;
-        let path = run.file("config.toml");
-        write_atomic(&path, text.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(found)
-    });
-    let found = trainer.exchange().lead(|| found)?;
-    let begun = if run.is_some() { Ok(()) } else { begin_at(&mut trainer, &found) };
-    trainer.exchange().agree(begun)?;
-    Ok(trainer)
+
+    /// Trains in the run's folder until its iterations are made or the user interrupts.
+    ///
+    /// # Errors
+    /// A setting, a checkpoint or the disk that cannot be used; a learner that broke down.
+    pub fn learn(&self, run: &RunFolder, interrupt: &Interrupt) -> Result<Outcome> {
+        self.learn_together(Box::new(Alone), Some(run), interrupt)
+    }
+
+    /// As [`Self::learn`], one of several ranks. Rank 0 alone has the run's folder and a window, and its interrupt alone counts.
+    ///
+    /// # Errors
+    /// As [`Self::learn`], on whichever rank: all of them end.
+    pub fn learn_together(
+        &self,
+        exchange: Box<dyn Exchange>,
+        run: Option<&RunFolder>,
+        interrupt: &Interrupt,
+    ) -> Result<Outcome> {
+        let mut trainer = self.begin_together(exchange, run)?;
+        let Some(run) = run else { return ranks::follow(&mut trainer) };
+        let mut leader = ranks::Leader(&mut trainer);
+        let window = self.window.map(Arc::as_ref);
+        let result = train(&mut leader, run, &self.config.training, T::SHOWN, interrupt, window);
+        leader.end(result)
+    }
+
+    /// The learner, where it is to begin, its settings written to the run's folder.
+    ///
+    /// # Errors
+    /// A setting, a checkpoint or the disk that cannot be used.
+    pub fn begin(&self, run: &RunFolder) -> Result<Trainer<Watched<T::Env>>> {
+        self.begin_together(Box::new(Alone), Some(run))
+    }
+
+    /// As [`Self::begin`], one of several ranks.
+    fn begin_together(
+        &self,
+        exchange: Box<dyn Exchange>,
+        run: Option<&RunFolder>,
+    ) -> Result<Trainer<Watched<T::Env>>> {
+        let config = self.config;
+        if run.is_some() && !config.ppo.precision.is_accelerated() {
+            eprintln!(
+                "ppo.precision is bf16, which is slower than f32 here: this processor has no AVX-512 BF16"
+            );
+        }
+        let text = toml::to_string(config).context("cannot write the configuration")?;
+        same_on_all(&*exchange, &text)?;
+        let env = exchange.agree(environments(&*exchange, config))?;
+        let env = Watched::new(env, self.window.cloned());
+        let mut trainer = Trainer::with_ranks(config.ppo.clone(), config.training.seed, env, exchange)
+            .or_bad_input(|| "ppo".into())?;
+        let found: Result<Vec<u8>> = run.map_or(Ok(Vec::new()), |run| {
+            let found = find_beginning::<T>(&mut trainer, run, &text, self.start)?;
+            let path = run.file("config.toml");
+            write_atomic(&path, text.as_bytes())
+                .with_context(|| format!("cannot write {}", path.display()))?;
+            Ok(found)
+        });
+        let found = trainer.exchange().lead(|| found)?;
+        let begun = if run.is_some() { Ok(()) } else { begin_at(&mut trainer, &found) };
+        trainer.exchange().agree(begun)?;
+        Ok(trainer)
+    }
 }
 
 /// This rank's share of the environments.

@@ -9,7 +9,7 @@ use anyhow::Result;
 use crate::config::resolve_text;
 use crate::error::BadInput;
 use crate::interrupt::Interrupt;
-use crate::learner::{Start, learn};
+use crate::learner::{Start, Training};
 use crate::run_config::LocomotionRun;
 use crate::run_folder::RunFolder;
 use crate::training::Outcome;
@@ -109,7 +109,7 @@ impl Place {
 /// policy, or `None` if the user interrupts.
 ///
 /// # Errors
-/// As [`resolve`], [`Place::open`] and [`learn`].
+/// As [`resolve`], [`Place::open`] and [`Training::learn`].
 pub fn learn_all(
     root: &Path,
     name: &str,
@@ -121,7 +121,7 @@ pub fn learn_all(
     let place = Place::open(root, name, stages.iter().map(|(name, _)| name.as_str()))?;
     eprintln!("learning to walk, in {}", place.run().path().display());
     for (index, (_, config)) in stages.iter().enumerate() {
-        let outcome = learn(place.stage(index), config, &place.start(index)?, interrupt, None)?;
+        let outcome = Training::unseen(config, &place.start(index)?).learn(place.stage(index), interrupt)?;
         if outcome == Outcome::Interrupted {
             return Ok(None);
         }

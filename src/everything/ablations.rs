@@ -9,7 +9,7 @@ use super::Maker;
 use crate::config::resolve_text;
 use crate::interrupt::Interrupt;
 use crate::judging::{Names, judge};
-use crate::learner::{Start, learn};
+use crate::learner::{Start, Training};
 use crate::policies::{self, SHIPPED};
 use crate::result_tables::spread;
 use crate::run_config::{SHORT_SUPERVISOR_TRAINING, SupervisorRun};
@@ -101,7 +101,7 @@ impl Maker {
         config.validate()?;
         eprintln!("{name}");
         let run = RunFolder::open(&self.folder, name)?;
-        let outcome = learn(&run, &config, &Start::Resume, interrupt, None)?;
+        let outcome = Training::unseen(&config, &Start::Resume).learn(&run, interrupt)?;
         Ok(if outcome == Outcome::Finished {
             Some(policies::name(&run.file("policy.onnx"))?.to_owned())
         } else {

@@ -11,7 +11,7 @@ use tasks::simulation::DECIMATION;
 
 use crate::config::resolve_text;
 use crate::error::BadInput;
-use crate::learner::{Start, Trainable, begin};
+use crate::learner::{Start, Trainable, Training};
 use crate::policies;
 use crate::run_config::{LocomotionRun, Run, SupervisorRun};
 use crate::run_folder::RunFolder;
@@ -162,7 +162,7 @@ where
         + simulation_operations;
     let settings = config.training.clone();
     let begin = move |run: &RunFolder, start: &Start| -> Result<Box<dyn Learner>> {
-        Ok(Box::new(begin(run, &config, start, None)?))
+        Ok(Box::new(Training::unseen(&config, start).begin(run)?))
     };
     let (begin, judge) = (Box::new(begin), Box::new(judge));
     Ok(Stage { name, settings, operations_per_step, begin, judge })

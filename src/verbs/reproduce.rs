@@ -14,7 +14,7 @@ use guidedog::evaluation::suite::suite;
 use guidedog::everything;
 use guidedog::interrupt::Interrupt;
 use guidedog::judging::{Names, judge};
-use guidedog::learner::{Start, learn};
+use guidedog::learner::{Start, Training};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
 use guidedog::result_tables::table;
@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     config.validate()?;
     let run = RunFolder::open(root, name)?;
     eprintln!("training the supervisor, in {}", run.path().display());
-    if learn(&run, &config, &Start::Resume, &interrupt, None)? == Outcome::Interrupted {
+    if Training::unseen(&config, &Start::Resume).learn(&run, &interrupt)? == Outcome::Interrupted {
         return Ok(stopped());
     }
     eprintln!("judging it beside its baselines");

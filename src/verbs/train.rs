@@ -10,7 +10,7 @@ use clap::{Args, Subcommand};
 use guidedog::config::resolve;
 use guidedog::error::BadInput;
 use guidedog::interrupt::Interrupt;
-use guidedog::learner::{Start, Trainable, learn_together};
+use guidedog::learner::{Start, Trainable, Training};
 use guidedog::machine::use_threads;
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun};
 use guidedog::run_folder::RunFolder;
@@ -138,7 +138,8 @@ fn train<T: Trainable>(
     };
     let seen = run.and_then(|run| Ok((run, if leads { open_window(options, about)? } else { None })));
     let outcome = exchange.agree(seen).and_then(|(run, window)| {
-        let outcome = learn_together(exchange, run.as_ref(), &config, &start, &interrupt, window.as_ref());
+        let training = Training { config: &config, start: &start, window: window.as_ref() };
+        let outcome = training.learn_together(exchange, run.as_ref(), &interrupt);
         if let Some(window) = window {
             let how = match &outcome {
                 Ok(Outcome::Finished) => "finished",
