@@ -80,6 +80,10 @@ pub struct Config {
     pub max_gradient_norm: f32,
     /// Standard deviation of every action at the start \[1; above 0 to 100\]. Source: Isaac Lab, 1.
     pub initial_std: f32,
+    /// What the standard deviation of any action is cut off at before each iteration: a policy that has learned its task and a critic
+    /// that knows it learn precision with little noise \[1; above 0 to 100\]. Source: docs/results.md, "Less noise at the end";
+    /// Isaac Lab: no limit.
+    pub max_std: f32,
     /// Whether the activation of every unit of the first layers begins with its kink at an observation, and not all near zero: steps
     /// that lie far from zero are found sooner. Source: docs/results.md, "Kinks where the data is"; rsl_rl, false.
     pub kinks_at_observations: bool,
@@ -116,6 +120,7 @@ impl Default for Config {
             learning_rate_range: [1e-5, 1e-2],
             max_gradient_norm: 1.0,
             initial_std: 1.0,
+            max_std: 100.0,
             kinks_at_observations: false,
             symmetry: false,
             gradient_blocks: 1,
@@ -194,6 +199,7 @@ impl Config {
         let norm = self.max_gradient_norm;
         check(positive(norm, 1e6), "max_gradient_norm", &norm, "above 0, at most 1000000")?;
         check(positive(self.initial_std, 100.0), "initial_std", &self.initial_std, "above 0, at most 100")?;
+        check(positive(self.max_std, 100.0), "max_std", &self.max_std, "above 0, at most 100")?;
         let blocks = self.gradient_blocks;
         check((1..=4096).contains(&blocks), "gradient_blocks", &blocks, "from 1 to 4096")
     }

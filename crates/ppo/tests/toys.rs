@@ -108,6 +108,24 @@ fn every_unit_has_its_kink_at_one_of_the_first_observations() {
     }
 }
 
+/// A step of the optimizer follows the cut, so the noise may be a little above it at the end of an iteration.
+#[test]
+fn noise_is_cut_off_in_the_middle_of_a_training() {
+    let mut trainer = trainer(Rule::Echo);
+    assert!(trainer.iterate().unwrap().action_std > 0.5);
+    let taught = trainer.checkpoint();
+    let config = Config { max_std: 0.2, ..config() };
+    let mut careful = Trainer::new(config, 3, Toy::new(Rule::Echo, 64)).unwrap();
+    careful.warm_start(&taught).unwrap();
+    let first = careful.iterate().unwrap();
+    assert!((0.1..0.25).contains(&first.action_std), "{}", first.action_std);
+    let actions = &careful.distributions()[3];
+    assert_eq!(actions.0, "rollout/actions");
+    let rows = actions.1.len() as f32;
+    let spread = (actions.1.iter().map(|action| action * action).sum::<f32>() / rows).sqrt();
+    assert!(spread < 0.4, "{spread}");
+}
+
 #[test]
 fn what_is_not_a_number_stops_the_run_by_name() {
     let mut trainer = trainer(Rule::NotANumber);

@@ -278,6 +278,7 @@ impl<E: VecEnv> Trainer<E> {
     /// Something is not finite any more, on this rank or another: all of them end.
     pub fn iterate(&mut self) -> Result<Iteration, TrainError> {
         self.team.take_clock();
+        self.limit_noise();
         let start = Instant::now();
         let collected = self.collect();
         let (inference_s, own) = self.team.exchange().agree(collected)?;
@@ -320,6 +321,13 @@ impl<E: VecEnv> Trainer<E> {
             exchange_bytes,
             environment,
         })
+    }
+
+    /// Cuts off the noise of the actions.
+    fn limit_noise(&mut self) {
+        let most = self.config.max_std.ln();
+        let (_, _, log_std) = self.networks.split_mut(&mut self.parameters);
+        log_std.iter_mut().for_each(|log_std| *log_std = log_std.min(most));
     }
 
     /// The sum over all ranks.
