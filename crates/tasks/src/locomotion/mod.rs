@@ -4,8 +4,10 @@ mod command;
 mod config;
 mod disturbance;
 mod environment;
+mod mean_error;
 mod metrics;
 pub mod reward;
+mod reward_config;
 mod robot_task;
 mod task_group;
 
@@ -13,5 +15,5 @@ pub use command::CommandConfig;
 pub use config::{LocomotionConfig, Terrain};
 pub use disturbance::{Disturbance, DisturbanceConfig};
 pub use environment::LocomotionEnv;
-pub use reward::RewardConfig;
+pub use reward_config::RewardConfig;
 pub use robot_task::Way;

@@ -4,9 +4,7 @@
 //! tracking terms, since the wide ones hardly distinguish 0.1 m/s of error while a supervisor's behavior reward does;
 //! standing still; a price on falling.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
+use super::RewardConfig;
 use crate::{bounds::within, simulation::BaseMotion};
 
 /// What the terms are computed from.
@@ -16,6 +14,8 @@ pub struct StepQuantities<'a> {
     pub motion: BaseMotion,
     /// Commanded v_x, v_y \[m/s\], ω_z \[rad/s\].
     pub command: [f32; 3],
+    /// Squared length of the running mean of the velocity less that; (m/s)² and (rad/s)² alike.
+    pub mean_error: f32,
     /// Joint positions minus default \[rad\].
     pub joint_offset: &'a [f32; 12],
     /// Change of joint velocities over the control step, divided by it \[rad/s²\].
@@ -36,107 +36,10 @@ pub struct StepQuantities<'a> {
     pub undesired_contacts: f32,
 }
 
-/// Weights of the terms, per second of simulated time (a step counts 0.02).
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RewardConfig {
-    /// exp(−|e_xy|² / `tracking_variance`) \[1/s; 0 to 100\]. Source: Isaac Lab, 1.
-    pub track_linear_velocity: f32,
-    /// exp(−e_ω² / `tracking_variance`) \[1/s; 0 to 100\]. Source: Isaac Lab, 0.5.
-    pub track_yaw_rate: f32,
-    /// exp(−|e_xy|² / `fine_tracking_variance`) \[1/s; 0 to 100\]. Source: ours, the wide term hardly sees 0.1 m/s.
-    pub track_linear_velocity_fine: f32,
-    /// exp(−e_ω² / `fine_tracking_variance`) \[1/s; 0 to 100\]. Source: ours.
-    pub track_yaw_rate_fine: f32,
-    /// Share of the commanded speed that is made along it, −1 to 1; 0 without one. It pulls evenly, where the others are
-    /// flat, at those who go on but slowly, as on stairs \[1/s; 0 to 100\]. Source: ours.
-    pub progress: f32,
-    /// Half the difference between the numbers of feet that carry on the one diagonal and on the other, unless told to
-    /// stand: 1 in a trot, 0 in a bound, a pace or standing. Without it mirror-symmetric policies came to bound, and both
-    /// front feet against a riser hold a robot fast \[1/s; 0 to 100\]. Source: ours.
-    pub trot: f32,
-    /// Squared error at which the wide tracking terms are down to 1/e \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: Isaac
-    /// Lab, 0.25.
-    pub tracking_variance: f32,
-    /// The same of the fine ones \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: ours; the behavior reward of the paper has
-    /// 0.1.
-    pub fine_tracking_variance: f32,
-    /// v_z² \[s/m²; -100 to 0\]. Source: Isaac Lab, −2.
-    pub vertical_velocity: f32,
-    /// ω_x² + ω_y² \[s/rad²; -100 to 0\]. Source: Isaac Lab, −0.05.
-    pub roll_pitch_rate: f32,
-    /// Σ τ² \[1/(N² m² s); -100 to 0\]. Source: Isaac Lab, −1e-5 rough, −2.5e-5 flat.
-    pub joint_torque: f32,
-    /// Σ q̈² \[s³/rad²; -100 to 0\]. Source: Isaac Lab, −2.5e-7.
-    pub joint_acceleration: f32,
-    /// Σ (a − a')² \[1/s; -100 to 0\]. Source: Isaac Lab, −0.01; twice that is ours.
-    pub action_rate: f32,
-    /// Σ over feet that touch down (air time − `air_time_target_s`), unless told to stand \[1/s²; 0 to 100\]. Source: Isaac
-    /// Lab, 0.125 rough, 0.5 flat.
-    pub feet_air_time: f32,
-    /// Swings longer than this are paid for, shorter ones fined \[s; 0 to 10\]. Source: Isaac Lab, 0.5; shorter steps stand a
-    /// pull better.
-    pub air_time_target_s: f32,
-    /// Number of thighs, knees, shanks and hand in contact \[1/s; -100 to 0\]. Source: Isaac Lab, −1 (thighs).
-    pub undesired_contact: f32,
-    /// g_x² + g_y² \[1/s; -100 to 0\]. Source: Isaac Lab, 0 rough, −5 flat.
-    pub flat_orientation: f32,
-    /// Radians beyond 95 % of the joint ranges \[1/(rad s); -100 to 0\]. Source: Isaac Lab, 0; ours, −1.
-    pub joint_limit: f32,
-    /// Σ |q − q_default| while told to stand \[1/(rad s); -100 to 0\]. Source: ours.
-    pub stand_still: f32,
-    /// Number of feet that do not carry while told to stand: a walk that treads on the spot is turned by a pull from the
-    /// side \[1/s; -100 to 0\]. Source: ours.
-    pub lifted_foot: f32,
-    /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
-    /// ours.
-    pub fall: f32,
-    /// Strength of all terms but tracking, progress, the trot and the fall at the start of training: with all of it from the
-    /// start standing still pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
-    pub penalty_start: f32,
-    /// Control steps until that strength has grown to 1; only those count during which robots walk as told (`ramp_tracking`
-    /// of the task) \[steps; 0 to 4294967295\]. Source: docs/results.md, "Standing trap".
-    pub penalty_ramp_steps: u32,
-    /// Whether a sum below zero counts as zero: penalties then cannot make an early fall pay, but where they rule nothing can
-    /// be learned. Source: legged_gym, true.
-    pub only_positive: bool,
-}
-
-impl Default for RewardConfig {
-    fn default() -> Self {
-        Self {
-            track_linear_velocity: 1.0,
-            track_yaw_rate: 0.5,
-            track_linear_velocity_fine: 0.5,
-            track_yaw_rate_fine: 0.5,
-            progress: 0.0,
-            trot: 0.0,
-            tracking_variance: 0.25,
-            fine_tracking_variance: 0.05,
-            vertical_velocity: -2.0,
-            roll_pitch_rate: -0.05,
-            joint_torque: -1e-5,
-            joint_acceleration: -2.5e-7,
-            action_rate: -0.02,
-            feet_air_time: 0.25,
-            air_time_target_s: 0.25,
-            undesired_contact: -1.0,
-            flat_orientation: -0.5,
-            joint_limit: -1.0,
-            stand_still: -0.03,
-            lifted_foot: 0.0,
-            fall: -1.0,
-            penalty_start: 0.2,
-            penalty_ramp_steps: 12_000,
-            only_positive: false,
-        }
-    }
-}
-
 /// Number of terms.
-pub const TERMS: usize = 17;
+pub const TERMS: usize = 19;
 /// The first of them pay for going as told; the rest grow with [`RewardConfig::penalty_scale_at`].
-const PAYING_TERMS: usize = 6;
+const PAYING_TERMS: usize = 8;
 
 type Value = fn(&StepQuantities<'_>, &RewardConfig) -> f32;
 type Term = (&'static str, fn(&RewardConfig) -> f32, Value);
@@ -159,7 +62,13 @@ const TERM_TABLE: [Term; TERMS] = [
         |w| w.track_yaw_rate_fine,
         |q, w| (-yaw_error(q) / w.fine_tracking_variance).exp(),
     ),
+    (
+        "track_mean_velocity",
+        |w| w.track_mean_velocity,
+        |q, w| (-q.mean_error / w.mean_tracking_variance).exp(),
+    ),
     ("progress", |w| w.progress, |q, _| progress(q)),
+    ("spin_progress", |w| w.spin_progress, |q, _| spin_progress(q)),
     ("trot", |w| w.trot, |q, _| trot(q)),
     ("vertical_velocity", |w| w.vertical_velocity, |q, _| square(q.motion.linear_velocity[2])),
     ("roll_pitch_rate", |w| w.roll_pitch_rate, |q, _| squares(&q.motion.angular_velocity[..2])),
@@ -214,6 +123,7 @@ impl RewardConfig {
         }
         within("reward.tracking_variance", self.tracking_variance, 1e-6, 100.0)?;
         within("reward.fine_tracking_variance", self.fine_tracking_variance, 1e-6, 100.0)?;
+        within("reward.mean_tracking_variance", self.mean_tracking_variance, 1e-6, 100.0)?;
         within("reward.air_time_target_s", self.air_time_target_s, 0.0, 10.0)?;
         within("reward.penalty_start", self.penalty_start, 0.0, 1.0)?;
         within("reward.fall", self.fall, -1000.0, 0.0)
@@ -239,10 +149,18 @@ pub(super) fn yaw_error(q: &StepQuantities<'_>) -> f32 {
     square(q.command[2] - q.motion.angular_velocity[2])
 }
 
+fn is_told_to_travel(q: &StepQuantities<'_>) -> bool {
+    squares(&q.command[..2]) > 0.01
+}
+
 fn progress(q: &StepQuantities<'_>) -> f32 {
     let ([x, y, _], [v_x, v_y, _]) = (q.command, q.motion.linear_velocity);
-    let commanded = square(x) + square(y);
-    if commanded > 0.01 { ((x * v_x + y * v_y) / commanded).clamp(-1.0, 1.0) } else { 0.0 }
+    if is_told_to_travel(q) { ((x * v_x + y * v_y) / (square(x) + square(y))).clamp(-1.0, 1.0) } else { 0.0 }
+}
+
+fn spin_progress(q: &StepQuantities<'_>) -> f32 {
+    let is_told_to_spin = is_told_to_move(q) && !is_told_to_travel(q);
+    if is_told_to_spin { (q.motion.angular_velocity[2] / q.command[2]).clamp(-1.0, 1.0) } else { 0.0 }
 }
 
 fn is_told_to_move(q: &StepQuantities<'_>) -> bool {
@@ -286,6 +204,7 @@ mod tests {
                 yaw: 0.0,
             },
             command: [1.0, 0.0, 0.3],
+            mean_error: 0.02,
             joint_offset: &[0.1; 12],
             joint_acceleration: &[10.0; 12],
             joint_torque: &[20.0; 12],
@@ -305,7 +224,10 @@ mod tests {
             track_yaw_rate: 1.0,
             track_linear_velocity_fine: 1.0,
             track_yaw_rate_fine: 1.0,
+            track_mean_velocity: 1.0,
+            mean_tracking_variance: 0.01,
             progress: 1.0,
+            spin_progress: 1.0,
             trot: 1.0,
             tracking_variance: 0.25,
             fine_tracking_variance: 0.05,
@@ -331,7 +253,9 @@ mod tests {
             1.0,
             (-5.0_f32).exp(),
             1.0,
+            (-2.0_f32).exp(),
             0.5,
+            0.0,
             0.5,
             0.01,
             0.05,
@@ -355,12 +279,22 @@ mod tests {
         }
         let still = StepQuantities { command: [0.0; 3], touchdown: [0.9; 4], ..quantities() };
         let terms = unit.terms(&still, 1.0, 1.0);
-        assert!((terms[15] - 1.2).abs() < 1e-5);
-        assert_eq!(terms[16], 3.0, "one foot of four carries");
-        assert_eq!(terms[4..6], [0.0; 2], "told to stand neither progress nor a trot is paid for");
-        assert_eq!(terms[11], 0.0, "nor air time");
+        assert!((terms[17] - 1.2).abs() < 1e-5);
+        assert_eq!(terms[18], 3.0, "one foot of four carries");
+        assert_eq!(terms[5..8], [0.0; 3], "told to stand neither progress nor a trot is paid for");
+        assert_eq!(terms[13], 0.0, "nor air time");
         let gentle = unit.terms(&still, 0.5, 1.0);
-        assert_eq!((gentle[1], gentle[15]), (terms[1], 0.5 * terms[15]), "tracking keeps its strength");
+        assert_eq!((gentle[1], gentle[17]), (terms[1], 0.5 * terms[17]), "tracking keeps its strength");
+    }
+
+    #[test]
+    fn progress_is_of_what_one_is_told() {
+        let told = |command| StepQuantities { command, ..quantities() };
+        let paid = |q: &StepQuantities<'_>| (progress(q), spin_progress(q));
+        assert_eq!(paid(&told([2.0, 0.0, 0.6])), (0.25, 0.0), "a quarter of the speed");
+        assert_eq!(paid(&told([0.0, 0.0, 0.6])), (0.0, 0.5), "half of the yaw rate, on the spot");
+        assert_eq!(paid(&told([0.0, 0.0, -0.2])), (0.0, -1.0), "the wrong way round");
+        assert_eq!(paid(&told([0.0; 3])), (0.0, 0.0), "told to stand");
     }
 
     #[test]
@@ -377,7 +311,7 @@ mod tests {
     #[test]
     fn totals_by_hand() {
         let mut terms = [0.0; TERMS];
-        (terms[0], terms[1], terms[6]) = (0.02, 0.01, -0.05);
+        (terms[0], terms[1], terms[8]) = (0.02, 0.01, -0.05);
         let total = |only_positive, fell| {
             RewardConfig { only_positive, fall: -2.0, ..RewardConfig::default() }.total(&terms, fell)
         };

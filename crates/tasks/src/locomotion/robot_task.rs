@@ -1,5 +1,6 @@
 //! One robot's episode: what it is told, what pushes it, what it did.
 
+use super::mean_error::MeanError;
 use crate::{
     archive::{Archive, Archived},
     simulation::{BaseMotion, CONTROL_PERIOD_S},
@@ -22,6 +23,8 @@ pub(super) struct RobotTask {
     pub(super) way: Way,
     /// v_x, v_y \[m/s\], ω_z \[rad/s\].
     pub(super) command: [f32; 3],
+    /// Since that command was given.
+    pub(super) mean_error: MeanError,
     /// Step at which the next command is drawn.
     pub(super) next_command: u32,
     /// Step at which the force ends, and at which the next is drawn.
@@ -68,6 +71,7 @@ impl Archived for RobotTask {
         archive.f32(&mut self.way.progress);
         archive.f32(&mut self.way.commanded);
         archive.f32s(&mut self.command);
+        archive.f32s(&mut self.mean_error.0);
         archive.f32s(&mut self.previous_action);
     }
 }

@@ -5,7 +5,8 @@ use spatial::{Philox, Purpose};
 use terrain::{TerrainGrid, next_level};
 
 use super::{
-    LocomotionConfig, Terrain, Way, metrics::Metrics, reward::StepQuantities, robot_task::RobotTask,
+    LocomotionConfig, Terrain, Way, mean_error::MeanError, metrics::Metrics, reward::StepQuantities,
+    robot_task::RobotTask,
 };
 use crate::{
     archive::{Archive, Archived},
@@ -77,6 +78,7 @@ impl TaskGroup {
             let config = &shared.config.command;
             let robot = &mut self.robots[lane];
             robot.command = config.draw(&mut random);
+            robot.mean_error = MeanError::default();
             let [short, long] = config.period_s;
             robot.next_command = step + control_steps(random.uniform(short, long));
         }
@@ -92,6 +94,7 @@ impl TaskGroup {
             robot.next_force = step + control_steps(drawn.period_s);
             if drawn.meant {
                 robot.command = Behavior::of_force(drawn.hand_force).target(drawn.hand_force);
+                robot.mean_error = MeanError::default();
                 robot.next_command = robot.force_end.min(robot.next_force);
             }
         } else if step >= self.robots[lane].force_end {
@@ -164,10 +167,15 @@ impl TaskGroup {
         let acceleration = std::array::from_fn(|j| {
             (number(&block.state.joint_velocity[j]) - number(&previous_joint_velocity[j])) / CONTROL_PERIOD_S
         });
+        let command = shared.config.command.meant(robot.command);
+        let [v_x, v_y, _] = motion.linear_velocity;
+        let velocity = [v_x, v_y, motion.angular_velocity[2]];
+        let mean_error = robot.mean_error.update(std::array::from_fn(|i| velocity[i] - command[i]));
         let hand_touches = contacts.hand_force[lane] > CONTACT_THRESHOLD_N;
         let quantities = StepQuantities {
             motion,
-            command: shared.config.command.meant(self.robots[lane].command),
+            command,
+            mean_error,
             joint_offset: &std::array::from_fn(|j| position[j] - default[j]),
             joint_acceleration: &acceleration,
             joint_torque: &std::array::from_fn(|j| number(&block.output.joint_torque[j])),
