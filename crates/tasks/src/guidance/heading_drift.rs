@@ -4,10 +4,8 @@
 //! takes a handler off the path: 0.04 rad/s cost it 1.6 %, and turn the handler by 23° in ten seconds. The authors of the
 //! paper name such a term as what theirs lacked.
 
-use crate::simulation::CONTROL_PERIOD_S;
+use crate::simulation::update_stride_mean;
 
-/// Time constant of the mean: longer than a stride, shorter than a pull \[s\].
-const TIME_CONSTANT_S: f32 = 0.5;
 /// What is counted at most \[rad/s\]: a turn that has just been asked for is no drift.
 const MAX_DRIFT_RADPS: f32 = 0.15;
 
@@ -20,7 +18,7 @@ pub(super) struct HeadingDrift {
 impl HeadingDrift {
     /// Takes in a control step's error of the yaw rate \[rad/s\]; gives the drift's size, at most the limit.
     pub(super) fn update(&mut self, error: f32) -> f32 {
-        self.mean += (error - self.mean) * (CONTROL_PERIOD_S / TIME_CONSTANT_S);
+        update_stride_mean(&mut self.mean, error);
         self.mean.abs().min(MAX_DRIFT_RADPS)
     }
 }
@@ -28,6 +26,7 @@ impl HeadingDrift {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::CONTROL_PERIOD_S;
 
     #[test]
     fn a_steady_drift_counts_and_the_swing_of_a_gait_does_not() {

@@ -1,12 +1,10 @@
 //! How far a robot is from the velocity it is told, over more than a stride.
 //!
 //! At one instant the gait's swing and the noise that explores are many times the steady error, and the fine tracking terms
-//! hardly see it: robots that turned on the spot on stairs came down them at 0.13 m/s, and under a pull turned by 3 % too slow.
+//! hardly see it: robots that turned on the spot on stairs did so about a point 0.25 m beside them (docs/results.md, "Spins on stairs").
 
-use crate::simulation::CONTROL_PERIOD_S;
+use crate::simulation::update_stride_mean;
 
-/// Time constant of the mean: longer than a stride, shorter than a command lasts \[s\].
-const TIME_CONSTANT_S: f32 = 0.5;
 /// What counts at most of one step's error: a command that has just changed must not pay for swinging back \[m/s, rad/s\].
 const LIMIT: f32 = 0.2;
 
@@ -18,7 +16,7 @@ impl MeanError {
     /// Takes in a control step's error; gives the squared length of the mean.
     pub(super) fn update(&mut self, error: [f32; 3]) -> f32 {
         for (mean, error) in self.0.iter_mut().zip(error) {
-            *mean += (error.clamp(-LIMIT, LIMIT) - *mean) * (CONTROL_PERIOD_S / TIME_CONSTANT_S);
+            update_stride_mean(mean, error.clamp(-LIMIT, LIMIT));
         }
         self.0.iter().map(|mean| mean * mean).sum()
     }
@@ -27,6 +25,7 @@ impl MeanError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::CONTROL_PERIOD_S;
 
     #[test]
     fn a_steady_error_counts_and_the_swing_of_a_gait_does_not() {

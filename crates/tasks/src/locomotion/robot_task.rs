@@ -34,6 +34,14 @@ pub(super) struct RobotTask {
     pub(super) previous_action: [f32; 12],
 }
 
+impl RobotTask {
+    /// Gives a new command.
+    pub(super) fn tell(&mut self, command: [f32; 3]) {
+        self.command = command;
+        self.mean_error = MeanError::default();
+    }
+}
+
 /// How far a robot was told to go, and how far it went that way: what the terrain curriculum decides by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Way {

@@ -5,8 +5,7 @@ use spatial::{Philox, Purpose};
 use terrain::{TerrainGrid, next_level};
 
 use super::{
-    LocomotionConfig, Terrain, Way, mean_error::MeanError, metrics::Metrics, reward::StepQuantities,
-    robot_task::RobotTask,
+    LocomotionConfig, Terrain, Way, metrics::Metrics, reward::StepQuantities, robot_task::RobotTask,
 };
 use crate::{
     archive::{Archive, Archived},
@@ -77,8 +76,7 @@ impl TaskGroup {
             let mut random = self.random(shared, lane, Purpose::Command);
             let config = &shared.config.command;
             let robot = &mut self.robots[lane];
-            robot.command = config.draw(&mut random);
-            robot.mean_error = MeanError::default();
+            robot.tell(config.draw(&mut random));
             let [short, long] = config.period_s;
             robot.next_command = step + control_steps(random.uniform(short, long));
         }
@@ -93,8 +91,7 @@ impl TaskGroup {
             robot.force_end = step + control_steps(drawn.duration_s);
             robot.next_force = step + control_steps(drawn.period_s);
             if drawn.meant {
-                robot.command = Behavior::of_force(drawn.hand_force).target(drawn.hand_force);
-                robot.mean_error = MeanError::default();
+                robot.tell(Behavior::of_force(drawn.hand_force).target(drawn.hand_force));
                 robot.next_command = robot.force_end.min(robot.next_force);
             }
         } else if step >= self.robots[lane].force_end {

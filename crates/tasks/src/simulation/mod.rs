@@ -34,6 +34,14 @@ const MAX_SPEED_MPS: f64 = 30.0;
 const MAX_RATE_RADPS: f64 = 50.0;
 const MAX_JOINT_RATE_RADPS: f64 = 150.0;
 
+/// Time constant of a mean over a gait's swing: longer than a stride, shorter than a command or a pull lasts \[s\].
+const STRIDE_MEAN_S: f32 = 0.5;
+
+/// Takes a control step's value into a running mean over a gait's swing.
+pub(crate) fn update_stride_mean(mean: &mut f32, value: f32) {
+    *mean += (value - *mean) * (CONTROL_PERIOD_S / STRIDE_MEAN_S);
+}
+
 /// Control steps in a time \[s\], at least one.
 pub(crate) fn control_steps(time_s: f32) -> u32 {
     ((time_s / CONTROL_PERIOD_S).round() as u32).max(1)
