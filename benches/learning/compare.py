@@ -18,6 +18,9 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "benches" / "shared"))
+import built  # noqa: E402
+
 GIGABYTE = str(1 << 30)
 TUNED = {"MALLOC_TOP_PAD_": GIGABYTE, "MALLOC_MMAP_THRESHOLD_": str(1 << 33), "MALLOC_TRIM_THRESHOLD_": str(1 << 33)}
 # Theirs, and ours that it is held against.
@@ -38,14 +41,6 @@ class Learner:
         return json.loads(line) if line else None
 
 
-def build():
-    """Builds our side; returns the program."""
-    command = ["cargo", "bench", "--bench", "learning", "--no-run", "--message-format", "json"]
-    built = subprocess.run(command, cwd=ROOT, capture_output=True, check=True, text=True).stdout
-    messages = [json.loads(line) for line in built.splitlines()]
-    return next(m["executable"] for m in messages if m.get("target", {}).get("name") == "learning" and m.get("executable"))
-
-
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--threads", type=int, default=1)
@@ -53,7 +48,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
     threads, samples = str(options.threads), str(options.samples)
-    ours, theirs = build(), [sys.executable, "benches/learning/pytorch.py"]
+    ours, theirs = built.bench("learning"), [sys.executable, "benches/learning/pytorch.py"]
     learners = {
         "ours f32": Learner([ours, "--follow", "--precision", "f32", "--threads", threads, "--samples", samples]),
         "PyTorch f32": Learner([*theirs, "f32", threads, samples]),

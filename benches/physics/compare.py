@@ -27,7 +27,8 @@ import numpy as np
 from mujoco import rollout
 
 ROOT = pathlib.Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "scripts" / "reference"))
+sys.path[:0] = [str(ROOT / "scripts" / "reference"), str(ROOT / "benches" / "shared")]
+import built  # noqa: E402
 from mujoco_robots import HAND, HAND_RADIUS, description  # noqa: E402
 
 CELL, CELLS, STANCE, STEPS, TIME_STEP, DECIMATION = 0.1, 80, 0.5885, 400, 0.005, 4
@@ -167,17 +168,9 @@ def ours(binary, scene):
     return json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)["us_median"]
 
 
-def build():
-    """Builds our side; returns the program."""
-    command = ["cargo", "bench", "--bench", "physics", "--no-run", "--message-format", "json"]
-    built = subprocess.run(command, cwd=ROOT, capture_output=True, check=True, text=True).stdout
-    messages = [json.loads(line) for line in built.splitlines()]
-    return next(m["executable"] for m in messages if m.get("target", {}).get("name") == "physics" and m.get("executable"))
-
-
 def main():
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
-    binary = build()
+    binary = built.bench("physics")
     print(f"MuJoCo {mujoco.__version__}, one core; {rounds} rounds")
     print(f"{'scene':<12} {'ours':>8} {'MuJoCo':>8} {'setting':>8} {'ratio':>7}   upright, height at the end (MuJoCo)")
     with rollout.Rollout(nthread=0) as rollouts:

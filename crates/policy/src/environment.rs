@@ -118,6 +118,40 @@ impl StepBuffers {
             last_observations: vec![0.0; num_envs * observation_dim],
         }
     }
+
+    /// The rows of every `envs` environments that follow one another, in order; the last may be fewer. One for each part of the
+    /// environments that is stepped by itself.
+    pub fn parts(&mut self, envs: usize) -> impl Iterator<Item = StepRows<'_>> {
+        let observation_dim = self.observations.len() / self.rewards.len().max(1);
+        let row_width = (envs * observation_dim).max(1);
+        let observations =
+            self.observations.chunks_mut(row_width).zip(self.last_observations.chunks_mut(row_width));
+        let ends = self.terminated.chunks_mut(envs).zip(self.truncated.chunks_mut(envs));
+        observations.zip(self.rewards.chunks_mut(envs)).zip(ends).map(
+            |(((observations, last_observations), rewards), (terminated, truncated))| StepRows {
+                observations,
+                rewards,
+                terminated,
+                truncated,
+                last_observations,
+            },
+        )
+    }
+}
+
+/// The rows of some environments in [`StepBuffers`], of the same meaning.
+#[derive(Debug)]
+pub struct StepRows<'a> {
+    /// Next observations.
+    pub observations: &'a mut [f32],
+    /// Rewards.
+    pub rewards: &'a mut [f32],
+    /// Ends without return.
+    pub terminated: &'a mut [bool],
+    /// Ends by time.
+    pub truncated: &'a mut [bool],
+    /// Last observations of episodes that ended.
+    pub last_observations: &'a mut [f32],
 }
 
 /// A left–right mirror map: `mirrored[i] = sign[i] · original[source[i]]`.
@@ -141,6 +175,30 @@ impl Mirror {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_of_the_buffers_are_rows_that_follow_one_another() {
+        let mut buffers = StepBuffers::new(5, 3);
+        let sizes: Vec<usize> = buffers
+            .parts(2)
+            .enumerate()
+            .map(|(part, rows)| {
+                rows.observations.fill(part as f32);
+                rows.last_observations.fill(-(part as f32));
+                rows.terminated[0] = true;
+                rows.truncated.fill(part == 1);
+                rows.rewards.len()
+            })
+            .collect();
+        assert_eq!(sizes, [2, 2, 1]);
+        assert_eq!(
+            buffers.observations,
+            [[0.0; 6], [1.0; 6]].concat().into_iter().chain([2.0; 3]).collect::<Vec<_>>()
+        );
+        assert_eq!(buffers.last_observations[12..], [-2.0; 3]);
+        assert_eq!(buffers.terminated, [true, false, true, false, true]);
+        assert_eq!(buffers.truncated, [false, false, true, true, false]);
+    }
 
     #[test]
     fn shares_are_whole_blocks_that_follow_one_another() {

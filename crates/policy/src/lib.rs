@@ -9,6 +9,6 @@ pub mod mlp;
 pub mod onnx;
 
 pub use checkpoint::{Checkpoint, CheckpointError, write_atomic};
-pub use environment::{Mirror, Share, StepBuffers, VecEnv};
+pub use environment::{Mirror, Share, StepBuffers, StepRows, VecEnv};
 pub use mlp::{Activation, ForwardWorkspace, Linear, Mlp, ShapeError};
 pub use onnx::{OnnxError, OnnxPolicy, load_onnx, read_onnx, save_onnx, write_onnx};

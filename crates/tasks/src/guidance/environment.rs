@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use policy::{Mirror, Share, StepBuffers, VecEnv, layout};
+use policy::{Mirror, Share, StepBuffers, StepRows, VecEnv, layout};
 use rayon::prelude::*;
 use terrain::{HeightField, TerrainGrid};
 
 use super::{
     Course, GuidanceConfig, LocomotionPolicy,
     config::{COMMAND_HIGH, COMMAND_LOW},
-    guided_squad::{GuidedSquad, Shared, SquadBuffers},
+    guided_squad::{GuidedSquad, Shared},
     metrics::Metrics,
 };
 use crate::{
@@ -158,21 +158,12 @@ impl VecEnv for GuidanceEnv {
 
     fn step(&mut self, actions: &[f32], out: &mut StepBuffers) {
         let (shared, squads) = self.split();
-        const SQUAD: usize = super::SQUAD;
+        let rows: Vec<StepRows<'_>> = out.parts(super::SQUAD).collect();
         squads
             .par_iter_mut()
-            .zip(actions.par_chunks(SQUAD * layout::COMMAND))
-            .zip(out.observations.par_chunks_mut(SQUAD * OBSERVATION))
-            .zip(out.last_observations.par_chunks_mut(SQUAD * OBSERVATION))
-            .zip(out.rewards.par_chunks_mut(SQUAD))
-            .zip(out.terminated.par_chunks_mut(SQUAD))
-            .zip(out.truncated.par_chunks_mut(SQUAD))
-            .for_each(|rows| {
-                let (((((chunk, observations), last_observations), rewards), terminated), truncated) = rows;
-                let (squad, actions) = chunk;
-                let out = SquadBuffers { observations, rewards, terminated, truncated, last_observations };
-                squad.step(&shared, actions, out);
-            });
+            .zip(actions.par_chunks(super::SQUAD * layout::COMMAND))
+            .zip(rows)
+            .for_each(|((squad, actions), rows)| squad.step(&shared, actions, rows));
     }
 
     fn take_sums(&mut self) -> Vec<f64> {

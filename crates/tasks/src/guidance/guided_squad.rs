@@ -1,6 +1,6 @@
 //! The episodes of one squad: what handlers want, what robots get for it.
 
-use policy::layout;
+use policy::{StepRows, layout};
 use spatial::{Philox, Purpose};
 use terrain::TerrainGrid;
 
@@ -57,15 +57,6 @@ pub(super) struct Shared<'a> {
     pub(super) pull_steps: u32,
 }
 
-/// The rows of one squad in the step's buffers.
-pub(super) struct SquadBuffers<'a> {
-    pub(super) observations: &'a mut [f32],
-    pub(super) rewards: &'a mut [f32],
-    pub(super) terminated: &'a mut [bool],
-    pub(super) truncated: &'a mut [bool],
-    pub(super) last_observations: &'a mut [f32],
-}
-
 /// An action within the limits of a command; what is no number becomes the lower limit.
 fn limited(action: &[f32]) -> [f32; 3] {
     std::array::from_fn(|i| action[i].max(COMMAND_LOW[i]).min(COMMAND_HIGH[i]))
@@ -117,7 +108,7 @@ impl GuidedSquad {
     }
 
     /// One decision of every supervisor and the control steps it holds for.
-    pub(super) fn step(&mut self, shared: &Shared<'_>, actions: &[f32], out: SquadBuffers<'_>) {
+    pub(super) fn step(&mut self, shared: &Shared<'_>, actions: &[f32], out: StepRows<'_>) {
         let decision_s = shared.period_steps as f32 * CONTROL_PERIOD_S;
         for (robot, action) in actions.chunks_exact(layout::COMMAND).enumerate() {
             let command = limited(action);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use policy::{Mirror, Share, StepBuffers, VecEnv, layout};
+use policy::{Mirror, Share, StepBuffers, StepRows, VecEnv, layout};
 use rayon::prelude::*;
 use spatial::{Philox, Purpose};
 use terrain::{HeightField, TerrainGrid};
@@ -11,7 +11,7 @@ use super::{
     LocomotionConfig,
     metrics::Metrics,
     robot_task::RobotTask,
-    task_group::{GroupBuffers, Shared, TaskGroup},
+    task_group::{Shared, TaskGroup},
 };
 use crate::{
     archive::{Archive as _, Archived as _, Reader, Writer},
@@ -178,20 +178,12 @@ impl VecEnv for LocomotionEnv {
     fn step(&mut self, actions: &[f32], out: &mut StepBuffers) {
         self.new_steps += 1;
         let (shared, groups) = self.split();
+        let rows: Vec<StepRows<'_>> = out.parts(GROUP).collect();
         groups
             .par_iter_mut()
             .zip(actions.par_chunks(GROUP * layout::JOINTS))
-            .zip(out.observations.par_chunks_mut(GROUP * OBSERVATION))
-            .zip(out.last_observations.par_chunks_mut(GROUP * OBSERVATION))
-            .zip(out.rewards.par_chunks_mut(GROUP))
-            .zip(out.terminated.par_chunks_mut(GROUP))
-            .zip(out.truncated.par_chunks_mut(GROUP))
-            .for_each(|rows| {
-                let (((((chunk, observations), last_observations), rewards), terminated), truncated) = rows;
-                let (group, actions) = chunk;
-                let out = GroupBuffers { observations, rewards, terminated, truncated, last_observations };
-                group.step(&shared, actions, out);
-            });
+            .zip(rows)
+            .for_each(|((group, actions), rows)| group.step(&shared, actions, rows));
     }
 
     fn take_sums(&mut self) -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! The episodes of sixteen robots: what they are told, what pushes them, what they get for it.
 
-use policy::layout;
+use policy::{StepRows, layout};
 use spatial::{Philox, Purpose};
 use terrain::{TerrainGrid, next_level};
 
@@ -35,15 +35,6 @@ pub(super) struct Shared<'a> {
     /// Present strength of the penalties, 0 to 1.
     pub(super) penalty_scale: f32,
     pub(super) episode_steps: u32,
-}
-
-/// The rows of one group in the step's buffers.
-pub(super) struct GroupBuffers<'a> {
-    pub(super) observations: &'a mut [f32],
-    pub(super) rewards: &'a mut [f32],
-    pub(super) terminated: &'a mut [bool],
-    pub(super) truncated: &'a mut [bool],
-    pub(super) last_observations: &'a mut [f32],
 }
 
 impl TaskGroup {
@@ -109,7 +100,7 @@ impl TaskGroup {
     }
 
     /// One control step of all robots; rows of `out` are theirs.
-    pub(super) fn step(&mut self, shared: &Shared<'_>, actions: &[f32], out: GroupBuffers<'_>) {
+    pub(super) fn step(&mut self, shared: &Shared<'_>, actions: &[f32], out: StepRows<'_>) {
         shared.simulation.control_step(&mut self.group, actions);
         for lane in 0..GROUP {
             let action: &[f32; 12] = actions[12 * lane..][..12].try_into().expect("twelve joints");

@@ -1,0 +1,109 @@
+//! Runs that are stopped, killed and resumed.
+
+use super::*;
+
+#[test]
+fn a_resumed_run_ends_with_the_bits_of_one_never_stopped() {
+    let (whole, cut) = (Folder::new(), Folder::new());
+    assert!(whole.train(6, &[]).status.success());
+    assert!(cut.train(3, &[]).status.success());
+    let again = cut.train(6, &[]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(message(&again).contains("--resume"), "{}", message(&again));
+    assert!(cut.train(6, &["--resume"]).status.success());
+    // The order of a file's header is left open, so what is in the files is compared.
+    let content = |folder: &Folder| Checkpoint::load(&newest(folder).0).unwrap();
+    assert!(content(&whole) == content(&cut));
+    assert!(fs::read(whole.file("policy.onnx")).unwrap() == fs::read(cut.file("policy.onnx")).unwrap());
+    let rows = fs::read_to_string(cut.file("metrics.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 7);
+}
+
+fn rows(folder: &Folder) -> usize {
+    fs::read_to_string(folder.file("metrics.csv")).map_or(0, |text| text.lines().count())
+}
+
+#[test]
+fn a_polite_kill_saves_and_a_hard_one_loses_nothing_saved() {
+    let folder = Folder::new();
+    for signal in ["-TERM", "-KILL"] {
+        let started = Instant::now();
+        let mut child = folder
+            .command(&small(1_000_000))
+            .arg("--resume")
+            .stderr(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        let before = rows(&folder);
+        while rows(&folder) < before + 3 {
+            assert!(started.elapsed() < Duration::from_secs(120), "no progress");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().success(), signal == "-TERM");
+    }
+    let resumed = folder.train(1, &["--resume"]);
+    assert!(resumed.status.success(), "{}", message(&resumed));
+}
+
+/// Kills trainings with SIGKILL after random times, so also while a checkpoint is being written, and lets each go on to the
+/// end of one never stopped.
+fn kills_lose_nothing(kills: u32) {
+    let iterations = 120;
+    let whole = Folder::new();
+    let started = Instant::now();
+    assert!(whole.train(iterations, &[]).status.success());
+    let took = started.elapsed();
+    let expected = Checkpoint::load(&newest(&whole).0).unwrap();
+    let policy = fs::read(whole.file("policy.onnx")).unwrap();
+    let seed = std::env::var("GUIDEDOG_KILL_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let mut random = Philox::new(seed, 0, 0, 0, Purpose::Evaluation);
+    let (mut done, mut hit, mut while_saving) = (0, 0, 0);
+    while done < kills {
+        let folder = Folder::new();
+        // A run is killed up to three times on its way.
+        for _ in 0..3.min(kills - done) {
+            let mut command = folder.command(&small(iterations));
+            let mut child =
+                command.arg("--resume").stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+            std::thread::sleep(took.mul_f32(random.uniform(0.02, 0.6)));
+            child.kill().unwrap();
+            // One that had ended before is no kill, but must have ended well.
+            let status = child.wait().unwrap();
+            assert!(status.success() || status.code().is_none(), "{status}");
+            hit += u32::from(status.code().is_none());
+            let left = fs::read_dir(folder.file("checkpoints")).into_iter().flatten();
+            let partial = |entry: &fs::DirEntry| entry.path().extension().is_some_and(|e| e == "tmp");
+            while_saving += u32::from(left.filter_map(Result::ok).any(|entry| partial(&entry)));
+            done += 1;
+        }
+        let resumed = folder.train(iterations, &["--resume"]);
+        assert!(resumed.status.success(), "after {done} kills: {}", message(&resumed));
+        assert!(Checkpoint::load(&newest(&folder).0).unwrap() == expected, "other bits after {done} kills");
+        assert!(fs::read(folder.file("policy.onnx")).unwrap() == policy, "another policy");
+        let table = fs::read_to_string(folder.file("metrics.csv")).unwrap();
+        let numbers: Vec<u32> =
+            table.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+        assert_eq!(numbers, (1..=iterations).collect::<Vec<_>>(), "a row lost or doubled");
+        let left = fs::read_dir(folder.file("checkpoints")).unwrap().map(|entry| entry.unwrap().path());
+        let partial: Vec<_> = left.filter(|path| path.extension().is_some_and(|e| e == "tmp")).collect();
+        assert!(partial.is_empty(), "{partial:?}");
+    }
+    println!(
+        "{done} kills, {hit} of running trainings, {while_saving} of them left something half-written behind"
+    );
+    assert!(hit * 2 > kills, "most kills came too late: {hit} of {kills}");
+}
+
+#[test]
+fn kills_at_random_moments_lose_nothing() {
+    kills_lose_nothing(4);
+}
+
+/// `cargo test --test training -- --ignored --nocapture fifty`
+#[test]
+#[ignore = "takes minutes"]
+fn fifty_kills_at_random_moments_lose_nothing() {
+    kills_lose_nothing(50);
+}
