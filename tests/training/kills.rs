@@ -73,9 +73,7 @@ fn kills_lose_nothing(kills: u32) {
             let status = child.wait().unwrap();
             assert!(status.success() || status.code().is_none(), "{status}");
             hit += u32::from(status.code().is_none());
-            let left = fs::read_dir(folder.file("checkpoints")).into_iter().flatten();
-            let partial = |entry: &fs::DirEntry| entry.path().extension().is_some_and(|e| e == "tmp");
-            while_saving += u32::from(left.filter_map(Result::ok).any(|entry| partial(&entry)));
+            while_saving += u32::from(!half_written(&folder).is_empty());
             done += 1;
         }
         let resumed = folder.train(iterations, &["--resume"]);
@@ -86,9 +84,7 @@ fn kills_lose_nothing(kills: u32) {
         let numbers: Vec<u32> =
             table.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
         assert_eq!(numbers, (1..=iterations).collect::<Vec<_>>(), "a row lost or doubled");
-        let left = fs::read_dir(folder.file("checkpoints")).unwrap().map(|entry| entry.unwrap().path());
-        let partial: Vec<_> = left.filter(|path| path.extension().is_some_and(|e| e == "tmp")).collect();
-        assert!(partial.is_empty(), "{partial:?}");
+        assert_eq!(half_written(&folder), Vec::<PathBuf>::new());
     }
     println!(
         "{done} kills, {hit} of running trainings, {while_saving} of them left something half-written behind"

@@ -67,6 +67,13 @@ fn newest(folder: &Folder) -> (PathBuf, Vec<u8>) {
     (path, bytes)
 }
 
+/// Checkpoints of the run that were not written to their end.
+fn half_written(folder: &Folder) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder.file("checkpoints")).into_iter().flatten();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths.filter(|path| path.extension().is_some_and(|extension| extension == "tmp")).collect()
+}
+
 #[test]
 fn a_terminal_shows_progress_and_scores_in_place_and_a_log_is_quiet() {
     let folder = Folder::new();
