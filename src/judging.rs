@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{Result, anyhow};
 use evaluation::exchange::recordings;
 use evaluation::judge::{Arena, summaries, trace};
+use evaluation::measures::split::Met;
 use evaluation::outcome::{Outcome, episode_steps, onset};
 use evaluation::plane::{Line, lines};
 use evaluation::report::PathTrace;
@@ -132,7 +133,7 @@ pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
         if robot % episodes == 0 {
             traces.push(trace(case, recording));
         }
-        outcomes.push(Outcome::of(case, recording));
+        outcomes.push(Outcome::of(case, recording, Met::default()));
     }
     let results = Results {
         suite: name,

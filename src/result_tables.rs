@@ -11,6 +11,7 @@ pub fn table(results: &Results) -> String {
         let width = results.cases.iter().map(|case| case.name.len()).max().unwrap_or(0).max(9);
         text += &success(results, width);
         text += &measures(results, width);
+        text += &splits(results, width);
     }
     text += &results.plane.as_ref().map(plane).unwrap_or_default();
     text += &results.confusion.as_ref().map(confusion).unwrap_or_default();
@@ -146,6 +147,33 @@ fn measures(results: &Results, width: usize) -> String {
     );
     results.cases.iter().for_each(|case| text += &(row(&case.name, case) + "\n"));
     text
+}
+
+/// Success by what the episodes of a case met, with how many met it.
+fn splits(results: &Results, width: usize) -> String {
+    let mut columns: Vec<&str> = Vec::new();
+    for split in results.cases.iter().flat_map(|case| &case.splits) {
+        if !columns.contains(&split.of.as_str()) {
+            columns.push(&split.of);
+        }
+    }
+    if columns.is_empty() {
+        return String::new();
+    }
+    let mut text = format!("\n{:width$}", "case");
+    columns.iter().for_each(|column| text += &format!("{column:>20}"));
+    for case in &results.cases {
+        text += &format!("\n{:width$}", case.name);
+        for column in &columns {
+            let split = case.splits.iter().find(|split| split.of == *column);
+            let cell = split.map_or_else(
+                || "–".into(),
+                |s| format!("{:.3} of {:4}", s.successes as f64 / s.episodes.max(1) as f64, s.episodes),
+            );
+            text += &format!("{cell:>20}");
+        }
+    }
+    text + "\n"
 }
 
 fn plane(plane: &PlaneResult) -> String {

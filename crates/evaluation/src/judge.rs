@@ -15,6 +15,7 @@ use crate::{
     exchange::{Planned, plan},
     film::{FRAME_STEPS, Pose},
     guided::Guided,
+    measures::split::Met,
     outcome::{Outcome, episode_steps, onset, reward_of, summarize},
     recording::{Recording, STEP_S, Sample, steps},
     report::PathTrace,
@@ -100,10 +101,21 @@ impl Arena {
         let episodes = self.setting.episodes;
         let measured = self.play(supervisor, cases, progress, |robot, case, recording| {
             let trace = robot.is_multiple_of(episodes).then(|| trace(case, &recording));
-            (Outcome::of(case, &recording), trace)
+            (Outcome::of(case, &recording, self.met(robot, &recording)), trace)
         })?;
         let (outcomes, traces): (Vec<Outcome>, Vec<Option<PathTrace>>) = measured.into_iter().unzip();
         Ok((summaries(cases, &outcomes), traces.into_iter().flatten().collect()))
+    }
+
+    /// What a robot of this setting met.
+    fn met(&self, robot: usize, recording: &Recording) -> Met {
+        let friction =
+            || self.randomization().draw(self.course.simulation.robot(), self.setting.seed, robot).friction;
+        Met {
+            ground: (self.setting.ground != Ground::Flat)
+                .then(|| self.grid.kind_at(recording.pulled()[0].position)),
+            friction: self.setting.randomize.then(friction),
+        }
     }
 
     /// Plays every case, and has every recording measured where it was made: none is kept. Robot r plays episode

@@ -45,14 +45,14 @@ const PULLS: [(&str, [f32; 3]); 5] = [
     ("left 40 N", [0.0, 40.0, 0.0]),
     ("right 40 N", [0.0, -40.0, 0.0]),
 ];
-/// Kinds of ground by name.
-const FAMILIES: [(&str, SubTerrain); 6] = [
-    ("stairs up", SubTerrain::StairsUp),
-    ("stairs down", SubTerrain::StairsDown),
-    ("boxes", SubTerrain::Boxes),
-    ("random rough", SubTerrain::RandomRough),
-    ("slope up", SubTerrain::SlopeUp),
-    ("slope down", SubTerrain::SlopeDown),
+/// Kinds of ground: all but level.
+const FAMILIES: [SubTerrain; 6] = [
+    SubTerrain::StairsUp,
+    SubTerrain::StairsDown,
+    SubTerrain::Boxes,
+    SubTerrain::RandomRough,
+    SubTerrain::SlopeUp,
+    SubTerrain::SlopeDown,
 ];
 /// Levels judged.
 const LEVELS: [usize; 4] = [0, 3, 5, 8];
@@ -134,11 +134,11 @@ pub fn judge_locomotion(
     results.flat = judged.collect::<Result<_, String>>()?;
     let grounds: Vec<_> =
         FAMILIES.iter().flat_map(|family| LEVELS.map(move |level| (family, level))).collect();
-    let judged = grounds.into_par_iter().map(|((name, family), level)| {
+    let judged = grounds.into_par_iter().map(|(family, level)| {
         let grid = TerrainGrid::uniform(Some(*family), level, seed, TILES).map_err(|e| e.to_string())?;
         let row = judge.row(grid, true, [0.0; 3], |robot, step| changing_command(seed, robot, step))?;
         progress(total);
-        Ok(Row { name: (*name).into(), under: format!("level {level}"), ..row })
+        Ok(Row { name: family.name().into(), under: format!("level {level}"), ..row })
     });
     results.terrain = judged.collect::<Result<_, String>>()?;
     Ok(results)

@@ -8,6 +8,7 @@ use crate::{
         comfort::{Comfort, comfort},
         latency::{Latency, latency},
         reading::{Readings, nearest},
+        split::{Met, splits},
         stopping::{Stopping, stopping},
     },
     motion::{DRIFT_WINDOW_S, Motion, WINDOW_S, range},
@@ -44,11 +45,12 @@ pub struct Outcome {
     stopping: Option<Stopping>,
     switches: f64,
     comfort: Comfort,
+    met: Met,
 }
 
 impl Outcome {
-    /// Measures an episode of [`episode_steps`] samples.
-    pub fn of(case: &Case, recording: &Recording) -> Self {
+    /// Measures an episode of [`episode_steps`] samples, and keeps what it met.
+    pub fn of(case: &Case, recording: &Recording, met: Met) -> Self {
         let pulled = recording.pulled();
         let settled = &pulled[steps(case.script.settles_s())..];
         let (behavior, target) = (case.behavior(), case.target());
@@ -66,6 +68,7 @@ impl Outcome {
             switches: switches_per_10s(&settled[range(DRIFT_WINDOW_S)], side),
             // With a second before the pull, so that braking is seen from its beginning.
             comfort: comfort(&recording.samples[recording.onset.saturating_sub(steps(1.0))..]),
+            met,
         }
     }
 }
@@ -108,6 +111,7 @@ pub fn summarize(case: &Case, episodes: &[Outcome]) -> CaseResult {
         position_drift_m: Some(mean_motion(&|m| m.excursion)),
         reward: Some(episodes.iter().map(|episode| episode.reward).sum::<f64>() / count),
         read_as: Some(read_as),
+        splits: splits(episodes.iter().map(|episode| (episode.met, episode.obeyed))),
         command_latency_50_s: latency_of(|l| l.command_50_s),
         command_latency_90_s: latency_of(|l| l.command_90_s),
         velocity_latency_90_s: latency_of(|l| l.velocity_90_s),

@@ -4,6 +4,7 @@ use evaluation::{
     exchange::recordings,
     judge::{Arena, Ground, Setting, summaries},
     locomotion::judge_locomotion,
+    measures::split::{Met, Split},
     outcome::{Outcome, onset},
     results::Group,
     suite::{Case, suite},
@@ -29,6 +30,20 @@ fn arena(ground: Ground, randomize: bool) -> Arena {
 
 fn cases() -> Vec<Case> {
     [[-41.0, 0.0], [0.0, 0.0]].map(|[x, y]| Case::new(x, y, Group::Trained)).to_vec()
+}
+
+#[test]
+fn episodes_that_differ_in_ground_and_friction_are_split_by_them() {
+    let arena = arena(Ground::Rough, true);
+    let (results, _) = arena.judge(&Supervisor::Oracle, &cases(), &|_| {}).unwrap();
+    let sums = |word: &str| {
+        let of = |split: &&Split| split.of.contains(word);
+        results[0].splits.iter().filter(of).fold((0, 0), |sum, s| (sum.0 + s.episodes, sum.1 + s.successes))
+    };
+    let (all, obeyed) = (results[0].episodes, results[0].successes);
+    assert_eq!(sums(""), (2 * all, 2 * obeyed));
+    assert_eq!(sums("friction"), (all, obeyed));
+    assert!(results[0].splits.iter().any(|split| split.of == "stairs up"));
 }
 
 #[test]
@@ -111,9 +126,11 @@ fn another_engine_can_be_given_the_same_episodes_and_judged_by_the_same_measures
         .enumerate()
         .map(|(robot, recording)| {
             recording.onset = onset();
-            Outcome::of(&cases()[robot / 20], recording)
+            Outcome::of(&cases()[robot / 20], recording, Met::default())
         })
         .collect();
-    let (own, _) = arena.judge(&Supervisor::Oracle, &cases(), &|_| {}).unwrap();
+    let (mut own, _) = arena.judge(&Supervisor::Oracle, &cases(), &|_| {}).unwrap();
+    // What robots met is not in a record.
+    own.iter_mut().for_each(|case| case.splits.clear());
     assert_eq!(summaries(&cases(), &outcomes), own);
 }

@@ -4,6 +4,8 @@ pub mod archive;
 pub mod bounds;
 pub mod guidance;
 pub mod locomotion;
+#[cfg(test)]
+mod non_finite;
 pub mod simulation;
 mod view;
 

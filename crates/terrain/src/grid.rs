@@ -175,6 +175,18 @@ impl TerrainGrid {
         self.tile(level, column).kind
     }
 
+    /// The family of the tile under a point of the world, x and y \[m\]; level ground beyond all tiles.
+    pub fn kind_at(&self, point: [f32; 2]) -> SubTerrain {
+        let index = |coordinate: f32, count: usize| {
+            let tile = (f64::from(coordinate) / TILE_SIZE_M + 0.5 * count as f64).floor();
+            (0.0..count as f64).contains(&tile).then_some(tile as usize)
+        };
+        match (index(point[0], self.levels), index(point[1], self.columns)) {
+            (Some(level), Some(column)) => self.kind(level, column),
+            _ => SubTerrain::Flat,
+        }
+    }
+
     /// The difficulty with which a tile was shaped, 0 to 1.
     ///
     /// # Panics

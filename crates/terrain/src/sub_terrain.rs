@@ -58,6 +58,19 @@ impl SubTerrain {
         Self::Flat,
     ];
 
+    /// Its name in tables and `results.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StairsUp => "stairs up",
+            Self::StairsDown => "stairs down",
+            Self::Boxes => "boxes",
+            Self::RandomRough => "random rough",
+            Self::SlopeUp => "slope up",
+            Self::SlopeDown => "slope down",
+            Self::Flat => "level ground",
+        }
+    }
+
     /// Shapes `tile` at `difficulty`, 0 (easiest) to 1; all of the tile is overwritten.
     pub fn generate(self, difficulty: f64, random: &mut Philox, tile: &mut TileCells) {
         let step_height = (0.05 + 0.18 * difficulty) as f32;

@@ -36,6 +36,20 @@ fn the_default_grid_is_the_reference_layout() {
 }
 
 #[test]
+fn every_point_lies_on_a_tile_or_on_level_ground() {
+    let grid = TerrainGrid::new(&GridConfig::default()).expect("a valid layout");
+    for (level, column) in [(0, 0), (9, 19), (4, 8)] {
+        let [x, y, _] = grid.spawn(level, column);
+        for corner in [[x - 3.9, y - 3.9], [x, y], [x + 3.9, y + 3.9]] {
+            assert_eq!(grid.kind_at(corner), grid.kind(level, column));
+        }
+    }
+    for beyond in [[-40.1, 0.0], [40.1, 0.0], [0.0, -80.1], [0.0, 1e9]] {
+        assert_eq!(grid.kind_at(beyond), SubTerrain::Flat);
+    }
+}
+
+#[test]
 fn robots_start_on_the_ground_below_their_spawn_point_or_above_it() {
     let grid = small(1);
     for level in 0..grid.levels() {

@@ -4,5 +4,6 @@ pub mod chatter;
 pub mod comfort;
 pub mod latency;
 pub mod reading;
+pub mod split;
 pub mod stopping;
 pub mod threshold;

@@ -5,7 +5,10 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use tasks::guidance::{Behavior, PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
 
-use crate::{measures::reading::Readings, statistics::wilson_interval};
+use crate::{
+    measures::{reading::Readings, split::Split},
+    statistics::wilson_interval,
+};
 
 /// How a case's force relates to the forces seen in training.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -100,6 +103,9 @@ pub struct CaseResult {
     /// What the episodes looked like, by Table II's nearest behavior; fallen robots are not counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub read_as: Option<Readings>,
+    /// The same episodes by the ground they were on and by their friction, where they differ in that.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub splits: Vec<Split>,
     /// Median time until half of the change of the command is given \[s\]; missing where Table II asks for no change, or half of
     /// the episodes never got there.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -203,12 +203,9 @@ impl VecEnv for GuidanceEnv {
 }
 
 #[cfg(test)]
-mod non_finite;
-
-#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{guidance::test_policy, locomotion::Terrain};
+    use crate::{guidance::test_policy, locomotion::Terrain, non_finite};
 
     fn env(config: GuidanceConfig) -> GuidanceEnv {
         let config = GuidanceConfig { terrain: Terrain::Flat, ..config };
@@ -280,6 +277,14 @@ mod tests {
             assert!(found.observations == expected.observations && found.rewards == expected.rewards);
         }
         assert!(env(GuidanceConfig::default()).load_state(&[3, 0, 0, 0, 7]).is_err());
+    }
+
+    #[test]
+    fn a_robot_that_is_no_longer_numbers_is_reset_and_counted_and_nobody_else_notices() {
+        let config = GuidanceConfig { terrain: Terrain::Flat, ..GuidanceConfig::default() };
+        let policy = LocomotionPolicy::new(test_policy()).unwrap();
+        let make = || GuidanceEnv::new(config.clone(), policy.clone(), non_finite::ENVS, 3).unwrap();
+        non_finite::only_the_spoilt_robot_notices(make, |env, robot| env.squads[0].squad.group_mut(robot));
     }
 
     #[test]

@@ -239,6 +239,19 @@ impl VecEnv for LocomotionEnv {
 #[cfg(test)]
 mod meant_pulls;
 #[cfg(test)]
-mod non_finite;
-#[cfg(test)]
 mod scan_scale;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::non_finite;
+
+    #[test]
+    fn a_robot_that_is_no_longer_numbers_is_reset_and_counted_and_nobody_else_notices() {
+        let make = || LocomotionEnv::new(LocomotionConfig::default(), non_finite::ENVS, 3).unwrap();
+        let rewards = non_finite::only_the_spoilt_robot_notices(make, |env, robot| {
+            &mut env.groups[robot / GROUP].group
+        });
+        assert!(rewards.iter().all(|&reward| reward == 0.0), "{rewards:?}");
+    }
+}

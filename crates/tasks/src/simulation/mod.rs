@@ -191,14 +191,3 @@ impl Archived for Group {
         self.contacts.visit(archive);
     }
 }
-
-/// Ways in which a robot's state can stop to be numbers, or numbers of a sensible size.
-#[cfg(test)]
-pub(crate) const SPOILS: [fn(&mut Group, usize); 6] = [
-    |group, lane| group.block.state.base_position.set(lane, [f64::NAN, 0.0, 0.0]),
-    |group, lane| group.block.state.base_orientation.set(lane, [f64::INFINITY, 0.0, 0.0, 1.0]),
-    |group, lane| group.block.state.base_linear_velocity.set(lane, [0.0, 0.0, 1e30]),
-    |group, lane| group.block.state.joint_position[5].set(lane, f64::NEG_INFINITY),
-    |group, lane| group.block.state.joint_velocity[11].set(lane, f64::NAN),
-    |group, lane| group.block.state.joint_velocity[4].set(lane, 1e3),
-];
