@@ -34,7 +34,7 @@ const PAPER_FORCES: &[&str] = &[
 
 /// One thing that is other than in `guidedog config supervisor`, of which the training is a third as long here: its name and groups of
 /// settings.
-const ABLATIONS: [(&str, &[&[&str]]); 10] = [
+const ABLATIONS: [(&str, &[&[&str]]); 8] = [
     ("ours", &[]),
     ("paper-task", &[PAPER_FORCES, &["task.threshold_margin_n=0", "task.heading_drift=0", "task.fall=0"]]),
     ("paper-forces", &[PAPER_FORCES]),
@@ -43,8 +43,6 @@ const ABLATIONS: [(&str, &[&[&str]]); 10] = [
     ("force-noise", &[&["task.pull.noise_n=2"]]),
     ("every-0.02-s", &[&["task.supervisor_period_s=0.02"]]),
     ("every-0.2-s", &[&["task.supervisor_period_s=0.2"]]),
-    ("no-price-on-falls", &[&["task.fall=0"]]),
-    ("kinks-near-zero", &[&["ppo.kinks_at_observations=false"]]),
 ];
 
 impl Maker {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context as _, Result, anyhow};
+use clap::ValueEnum as _;
 use evaluation::film::{FRAME_STEPS, film};
 use evaluation::judge::{Arena, Ground, Setting};
 use evaluation::locomotion::judge_locomotion;
@@ -64,31 +65,42 @@ const FILMS: [(&str, [f32; 2]); 4] =
 /// Cases of the suite `dynamic` that are drawn over time.
 const SERIES: [(&str, &str); 2] = [("tug", "tug 0/60, 0.5 s"), ("change-of-mind", "0/30, then 0/-30")];
 
-/// Makes what is missing in `folder`; false if the user interrupts.
+/// What everything consists of, in the order in which it is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Section {
+    /// Every suite on every ground
+    Judgments,
+    /// The walking by itself
+    Locomotion,
+    /// Films, and figures over time
+    Pictures,
+    /// The shipped pair in MuJoCo
+    Mujoco,
+    /// Supervisors trained with one thing changed
+    Ablations,
+    /// The shipped policies paired with others
+    Swaps,
+}
+
+/// Makes what is missing in `folder`, all of it or one section; false if the user interrupts.
 ///
 /// # Errors
 /// The disk refuses, or a policy cannot be used.
-pub fn make(folder: &Path, episodes: usize, seed: u64, interrupt: &Interrupt) -> Result<bool> {
+pub fn make(
+    folder: &Path,
+    only: Option<Section>,
+    episodes: usize,
+    seed: u64,
+    interrupt: &Interrupt,
+) -> Result<bool> {
     // Parts of other policies must not be taken for these ones'.
     let folder = folder.join(format!("everything-{:08x}", policies::shipped_checksum()));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     let maker = Maker { folder, episodes, seed };
-    for part in PARTS {
-        if interrupt.requested() {
+    for section in Section::value_variants() {
+        if only.is_none_or(|only| only == *section) && !maker.section(*section, interrupt)? {
             return Ok(false);
         }
-        maker.judgment(part)?;
-    }
-    maker.locomotion()?;
-    maker.pictures()?;
-    for ground in [Ground::Flat, Ground::Rough, Ground::Stairs] {
-        if interrupt.requested() {
-            return Ok(false);
-        }
-        maker.other_engine(ground)?;
-    }
-    if !maker.ablations(interrupt)? || !maker.swaps(interrupt)? {
-        return Ok(false);
     }
     crate::say!("everything: {}", maker.folder.display());
     Ok(true)
@@ -108,6 +120,36 @@ impl Maker {
     fn write(&self, name: &str, extension: &str, bytes: &[u8]) -> Result<()> {
         let path = self.file(name, extension);
         write_atomic(&path, bytes).with_context(|| path.display().to_string())
+    }
+
+    /// False if the user interrupts.
+    fn section(&self, section: Section, interrupt: &Interrupt) -> Result<bool> {
+        match section {
+            Section::Judgments => self.one_by_one(&PARTS, interrupt, Self::judgment),
+            Section::Locomotion => self.locomotion().map(|()| !interrupt.requested()),
+            Section::Pictures => self.pictures().map(|()| !interrupt.requested()),
+            Section::Mujoco => {
+                self.one_by_one(&[Ground::Flat, Ground::Rough, Ground::Stairs], interrupt, Self::other_engine)
+            }
+            Section::Ablations => self.ablations(interrupt),
+            Section::Swaps => self.swaps(interrupt),
+        }
+    }
+
+    /// Makes one part after the other; false if the user interrupts.
+    fn one_by_one<T: Copy>(
+        &self,
+        parts: &[T],
+        interrupt: &Interrupt,
+        make: impl Fn(&Self, T) -> Result<()>,
+    ) -> Result<bool> {
+        for part in parts {
+            if interrupt.requested() {
+                return Ok(false);
+            }
+            make(self, *part)?;
+        }
+        Ok(true)
     }
 
     fn arena(&self, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {

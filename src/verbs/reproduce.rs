@@ -11,7 +11,7 @@ use guidedog::evaluation::judge::{Arena, Ground, Setting};
 use guidedog::evaluation::report::{self, Curve, ReportData, TrainingCurves};
 use guidedog::evaluation::results::{Behavior, Results};
 use guidedog::evaluation::suite::suite;
-use guidedog::everything;
+use guidedog::everything::{self, Section};
 use guidedog::interrupt::Interrupt;
 use guidedog::judging::{Names, judge};
 use guidedog::learner::{Start, Training};
@@ -38,6 +38,9 @@ pub(crate) struct Arguments {
     /// (PYTHON) has it; finished parts are kept
     #[arg(long)]
     everything: bool,
+    /// Of everything only this, and no training before it
+    #[arg(long, value_name = "SECTION", requires = "everything", conflicts_with = "from_scratch")]
+    only: Option<Section>,
     /// One setting of the supervisor's training, e.g. training.iterations=50
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -55,6 +58,7 @@ Examples:
   guidedog reproduce --from-scratch     begins with a robot that cannot walk
   guidedog reproduce --seed 2 --name second
   guidedog reproduce --everything       all numbers and pictures of docs/results.md: hours
+  guidedog reproduce --everything --only mujoco
 
 Stop it with Ctrl-C and start it again with the same words: it goes on where it was. It leaves
 runs/NAME/report.html and runs/NAME/results.json.";
@@ -65,6 +69,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let root = Path::new("runs");
     let usual = if arguments.from_scratch { "from-scratch" } else { "reproduce" };
     let name = arguments.name.as_deref().unwrap_or(usual);
+    if arguments.only.is_some() {
+        return everything(arguments, &root.join(name), &interrupt);
+    }
     let seed = format!("training.seed={}", arguments.seed);
     let mut settings = [std::slice::from_ref(&seed), &arguments.set[..]].concat();
     if arguments.from_scratch {
@@ -91,10 +98,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     report::write(&data, &path).with_context(|| path.display().to_string())?;
     say!("{}", table(&data.judged));
     say!("report: {}", path.display());
-    if arguments.everything && !everything::make(run.path(), arguments.episodes as usize, 1, &interrupt)? {
-        return Ok(stopped());
-    }
-    Ok(ExitCode::SUCCESS)
+    if arguments.everything { everything(arguments, run.path(), &interrupt) } else { Ok(ExitCode::SUCCESS) }
+}
+
+/// All that is known of the shipped policies, in the folder of a run.
+fn everything(arguments: &Arguments, run: &Path, interrupt: &Interrupt) -> Result<ExitCode> {
+    let done = everything::make(run, arguments.only, arguments.episodes as usize, 1, interrupt)?;
+    Ok(if done { ExitCode::SUCCESS } else { stopped() })
 }
 
 fn stopped() -> ExitCode {
