@@ -84,6 +84,10 @@ pub struct Config {
     /// that knows it learn precision with little noise \[1; above 0 to 100\]. Source: docs/results.md, "Less noise at the end";
     /// Isaac Lab: no limit.
     pub max_std: f32,
+    /// Iterations at the start in which only the critic learns, at the highest learning rate: with a policy from a file and a
+    /// critic that knows nothing, what the policy learns at first is noise \[iterations; 0 to 100000000\]. Source:
+    /// docs/results.md, "Little noise needs a taught critic"; rsl_rl, 0.
+    pub critic_iterations: u64,
     /// Whether the activation of every unit of the first layers begins with its kink at an observation, and not all near zero: steps
     /// that lie far from zero are found sooner. Source: docs/results.md, "Kinks where the data is"; rsl_rl, false.
     pub kinks_at_observations: bool,
@@ -121,6 +125,7 @@ impl Default for Config {
             max_gradient_norm: 1.0,
             initial_std: 1.0,
             max_std: 100.0,
+            critic_iterations: 0,
             kinks_at_observations: false,
             symmetry: false,
             gradient_blocks: 1,
@@ -196,6 +201,9 @@ impl Config {
         let iterations = self.anneal_iterations;
         let fits = iterations <= 100_000_000;
         check(fits, "anneal_iterations", &iterations, "from 0 to 100000000")?;
+        let iterations = self.critic_iterations;
+        let fits = iterations <= 100_000_000;
+        check(fits, "critic_iterations", &iterations, "from 0 to 100000000")?;
         let norm = self.max_gradient_norm;
         check(positive(norm, 1e6), "max_gradient_norm", &norm, "above 0, at most 1000000")?;
         check(positive(self.initial_std, 100.0), "initial_std", &self.initial_std, "above 0, at most 100")?;

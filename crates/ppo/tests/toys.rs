@@ -127,6 +127,22 @@ fn noise_is_cut_off_in_the_middle_of_a_training() {
 }
 
 #[test]
+fn at_first_only_the_critic_learns_if_one_wants_that() {
+    let config = Config { critic_iterations: 2, ..config() };
+    let mut trainer = Trainer::new(config, 3, Toy::new(Rule::Pendulum, 64)).unwrap();
+    let before = trainer.policy();
+    let critic = |trainer: &Trainer<Toy>| trainer.distributions().swap_remove(1).1;
+    let untaught = critic(&trainer);
+    let first = trainer.iterate().unwrap();
+    let second = trainer.iterate().unwrap();
+    assert_eq!(trainer.policy(), before);
+    assert_eq!((first.kl, first.action_std), (0.0, second.action_std));
+    assert!(critic(&trainer) != untaught && second.value_loss < first.value_loss);
+    trainer.iterate().unwrap();
+    assert!(trainer.policy() != before);
+}
+
+#[test]
 fn what_is_not_a_number_stops_the_run_by_name() {
     let mut trainer = trainer(Rule::NotANumber);
     let before = trainer.policy();

@@ -6,7 +6,7 @@ use spatial::{Philox, Purpose};
 use super::{TrainError, Trainer};
 use crate::{
     config::Config,
-    gradient::{MinibatchLoss, Objective},
+    gradient::{MinibatchLoss, Networks, Objective},
     loss::Gaussian,
 };
 
@@ -16,6 +16,8 @@ impl<E: VecEnv> Trainer<E> {
         let samples = self.steps_per_iteration() as usize;
         let config = self.config.at(self.iteration);
         let size = samples / config.minibatches;
+        // While only the critic learns the optimizer sees all gradients, so that its moments are those of the policy's, too.
+        let untouched = (self.iteration < config.critic_iterations).then(|| self.parameters.clone());
         let old_noise = Gaussian::new(self.networks.split(&self.parameters).2);
         let mut losses = Vec::with_capacity(config.epochs * config.minibatches);
         for epoch in 0..config.epochs {
@@ -46,9 +48,15 @@ impl<E: VecEnv> Trainer<E> {
                 if !loss.gradient_norm.is_finite() {
                     return Err(self.non_finite("the gradient"));
                 }
-                adapt(&mut self.learning_rate, loss.kl, &config);
                 let scale = (f64::from(config.max_gradient_norm) / loss.gradient_norm).min(1.0) as f32;
-                self.adam.step(&mut self.parameters, &self.gradient, scale, self.learning_rate);
+                if let Some(untouched) = &untouched {
+                    let [_, highest] = config.learning_rate_range;
+                    self.adam.step(&mut self.parameters, &self.gradient, scale, highest);
+                    keep_policy(&self.networks, untouched, &mut self.parameters);
+                } else {
+                    adapt(&mut self.learning_rate, loss.kl, &config);
+                    self.adam.step(&mut self.parameters, &self.gradient, scale, self.learning_rate);
+                }
                 losses.push(loss);
             }
         }
@@ -64,6 +72,14 @@ impl<E: VecEnv> Trainer<E> {
         }
         order
     }
+}
+
+/// Takes back what gradient steps since `before` did to the policy.
+fn keep_policy(networks: &Networks, before: &[f32], parameters: &mut [f32]) {
+    let (actor, _, log_std) = networks.split_mut(parameters);
+    let (actor_before, _, log_std_before) = networks.split(before);
+    actor.copy_from_slice(actor_before);
+    log_std.copy_from_slice(log_std_before);
 }
 
 /// Slower when the policy moves too far from the rollout's, faster when it hardly moves (rsl_rl's rule).

@@ -32,12 +32,14 @@ pub struct StepQuantities<'a> {
     pub touchdown: [f32; 4],
     /// Whether each foot carries; LF, LH, RF, RH.
     pub carries: [bool; 4],
+    /// Whether each foot is pressed against a riser.
+    pub stumbles: [bool; 4],
     /// Thighs, knees, shanks and hand that touched something.
     pub undesired_contacts: f32,
 }
 
 /// Number of terms.
-pub const TERMS: usize = 19;
+pub const TERMS: usize = 20;
 /// The first of them pay for going as told; the rest grow with [`RewardConfig::penalty_scale_at`].
 const PAYING_TERMS: usize = 8;
 
@@ -81,6 +83,7 @@ const TERM_TABLE: [Term; TERMS] = [
     ("joint_limit", |w| w.joint_limit, |q, _| q.joint_excess),
     ("stand_still", |w| w.stand_still, |q, _| stand_still(q)),
     ("lifted_foot", |w| w.lifted_foot, |q, _| lifted_feet(q)),
+    ("stumble", |w| w.stumble, |q, _| q.stumbles.iter().filter(|&&stumbles| stumbles).count() as f32),
 ];
 
 /// Names of the terms, in the order of [`RewardConfig::terms`].
@@ -213,6 +216,7 @@ mod tests {
             previous_action: &[0.5; 12],
             touchdown: [0.7, -1.0, -1.0, 0.3],
             carries: [false, false, false, true],
+            stumbles: [true, false, true, false],
             undesired_contacts: 2.0,
         }
     }
@@ -243,6 +247,7 @@ mod tests {
             joint_limit: 1.0,
             stand_still: 1.0,
             lifted_foot: 1.0,
+            stumble: 1.0,
             fall: -3.0,
             penalty_start: 1.0,
             penalty_ramp_steps: 0,
@@ -268,6 +273,7 @@ mod tests {
             0.2,
             0.0,
             0.0,
+            2.0,
         ];
         for ((name, value), expected) in
             term_names().iter().zip(unit.terms(&quantities(), 1.0, 1.0)).zip(expected)

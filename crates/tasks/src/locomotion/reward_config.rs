@@ -63,6 +63,10 @@ pub struct RewardConfig {
     /// Number of feet that do not carry while told to stand: a walk that treads on the spot is turned by a pull from the
     /// side \[1/s; -100 to 0\]. Source: ours.
     pub lifted_foot: f32,
+    /// Number of feet that the ground pushes sideways more than it carries them: feet pressed against a riser, where robots get
+    /// stuck and turn about them \[1/s; -100 to 0\]. Source: legged_gym, which has the term with a weight of 0; docs/results.md,
+    /// "Robots that get stuck".
+    pub stumble: f32,
     /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
     /// ours.
     pub fall: f32,
@@ -103,6 +107,7 @@ impl Default for RewardConfig {
             joint_limit: -1.0,
             stand_still: -0.03,
             lifted_foot: 0.0,
+            stumble: 0.0,
             fall: -1.0,
             penalty_start: 0.2,
             penalty_ramp_steps: 12_000,

@@ -172,6 +172,7 @@ impl TaskGroup {
             previous_action: &self.robots[lane].previous_action,
             touchdown: std::array::from_fn(|foot| contacts.touchdown[foot][lane]),
             carries: std::array::from_fn(|foot| contacts.carries[foot][lane]),
+            stumbles: std::array::from_fn(|foot| contacts.stumbles[foot][lane]),
             undesired_contacts: contacts.legs_touching[lane] + f32::from(u8::from(hand_touches)),
         };
         let terms = shared.config.reward.terms(&quantities, shared.penalty_scale, CONTROL_PERIOD_S);

@@ -8,6 +8,10 @@ use crate::archive::{Archive, Archived};
 
 /// A foot carries when the ground pushes with more than this \[N\]. Source: Isaac Lab, contact sensors.
 pub const CONTACT_THRESHOLD_N: f32 = 1.0;
+/// A foot stumbles when the ground pushes it sideways with more than so many times what it carries: on level ground friction alone
+/// cannot, at most 1.25, so the push comes from a riser. Source: legged_gym's term of this name has 5, which a foot that hangs at a
+/// riser by its friction never reaches.
+const STUMBLE_RATIO: f32 = 1.25;
 
 /// Contact spheres of a robot by what they stand for.
 #[derive(Clone, Debug)]
@@ -40,6 +44,8 @@ pub struct ContactMemory {
     pub carries: [[bool; GROUP]; 4],
     /// Air time of the swing that ended in this control step \[s\]; negative if none did.
     pub touchdown: [[f32; GROUP]; 4],
+    /// Whether each foot stumbled in this control step.
+    pub stumbles: [[bool; GROUP]; 4],
     /// Largest force on any sphere of the base in this control step \[N\].
     pub base_force: [f32; GROUP],
     /// Thighs, knees and shanks that touched anything in this control step.
@@ -56,6 +62,7 @@ impl ContactMemory {
             air_time: [[0.0; GROUP]; 4],
             carries: [[false; GROUP]; 4],
             touchdown: [[-1.0; GROUP]; 4],
+            stumbles: [[false; GROUP]; 4],
             base_force: [0.0; GROUP],
             legs_touching: [0.0; GROUP],
             hand_force: [0.0; GROUP],
@@ -75,6 +82,7 @@ impl ContactMemory {
     /// Starts a control step.
     pub fn begin(&mut self) {
         self.touchdown = [[-1.0; GROUP]; 4];
+        self.stumbles = [[false; GROUP]; 4];
         self.base_force = [0.0; GROUP];
         self.hand_force = [0.0; GROUP];
         self.leg_force.fill(f32x16::ZERO);
@@ -83,8 +91,13 @@ impl ContactMemory {
     /// Takes in the contact forces of a physics step of `dt` \[s\].
     pub fn observe(&mut self, groups: &ContactGroups, force: &[Vec3<f32x16>], dt: f32) {
         for (foot, &sphere) in groups.feet.iter().take(4).enumerate() {
+            let Vec3 { x, y, z } = force[sphere];
             let norm = force[sphere].norm();
+            let sideways = (x * x + y * y).sqrt();
             for lane in 0..GROUP {
+                let sideways = sideways.as_array()[lane];
+                self.stumbles[foot][lane] |=
+                    sideways > CONTACT_THRESHOLD_N && sideways > STUMBLE_RATIO * z.as_array()[lane];
                 let carries = norm.as_array()[lane] > CONTACT_THRESHOLD_N;
                 let air_time = &mut self.air_time[foot][lane];
                 if carries {
@@ -156,6 +169,14 @@ mod tests {
         assert!((memory.touchdown[0][7] - 0.015).abs() < 1e-6);
         assert!(memory.carries[0][0] && !memory.carries[1][0]);
         assert_eq!(memory.legs_touching[0], 0.0);
+        assert!(!memory.stumbles[0][7], "it only carries");
+        // Pressed against a riser in one of two physics steps: 100 N sideways and 79 N of friction.
+        memory.begin();
+        force[0] = Vec3::splat([80.0, 60.0, 79.0]);
+        memory.observe(&groups, &force, 0.005);
+        force[0] = Vec3::splat([0.0, 0.0, 100.0]);
+        memory.observe(&groups, &force, 0.005);
+        assert!(memory.stumbles[0][7] && !memory.stumbles[1][7]);
         // A knee and the base.
         let knee = robot.contacts_of(BodyPart::Knee)[2];
         let base = robot.contacts_of(BodyPart::Base)[0];
