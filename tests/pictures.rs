@@ -24,7 +24,7 @@ fn bytes(path: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_film_and_a_figure_over_time_are_written_and_odd_pulls_refused() {
+fn films_and_figures_are_written_and_odd_pulls_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (film, series) = (file(&folder, "stop.gif"), file(&folder, "tug.svg"));
     let picture = |what: &str, rest: &[&str]| guidedog(&[&["picture", what][..], rest].concat());
@@ -34,6 +34,11 @@ fn a_film_and_a_figure_over_time_are_written_and_odd_pulls_refused() {
     assert!(picture("series", &tug).status.success());
     let text = String::from_utf8(bytes(&series)).unwrap();
     assert!(text.starts_with("<svg") && text.contains("tug 0/60, 0.5 s"));
+    let paths = file(&folder, "paths.svg");
+    assert!(picture("paths", &["--suite", "edges", "--out", &paths]).status.success());
+    let text = String::from_utf8(bytes(&paths)).unwrap();
+    assert!(text.starts_with("<svg") && text.contains("-40/20 noisy"));
+    assert!(refusal(&["picture", "paths", "--suite", "none", "--out", &paths]).contains("--suite none"));
     assert!(refusal(&["picture", "film", "--case", "hard", "--out", &film]).contains("--case hard"));
     assert!(refusal(&["picture", "film", "--case", "0/1000", "--out", &film]).contains("500 N"));
     let no_run = refusal(&["picture", "curves", &file(&folder, ""), "--out", &series]);

@@ -10,7 +10,7 @@ use clap::ValueEnum as _;
 use evaluation::film::{FRAME_STEPS, film};
 use evaluation::judge::{Arena, Ground, Setting};
 use evaluation::locomotion::judge_locomotion;
-use evaluation::report::{intent_map_svg, series_svg, success_bars_svg};
+use evaluation::report::{intent_map_svg, paths_svg, series_svg, success_bars_svg};
 use evaluation::results::Results;
 use evaluation::suite::{Case, episodes, suite};
 
@@ -218,6 +218,10 @@ impl Maker {
             let picture = film(&poses, arena.ground()).map_err(anyhow::Error::msg)?;
             self.write(name, "gif", &picture)?;
         }
+        let cases = suite("paper17").context("the suite paper17")?;
+        let (cases, traces) = arena.judge(&supervisor, &cases, &|_| {}).map_err(anyhow::Error::msg)?;
+        let paths = paths_svg(&Results { cases, ..Results::default() }, &traces).unwrap_or_default();
+        self.write("paths", "svg", paths.as_bytes())?;
         for (name, case) in SERIES {
             let cases = suite("dynamic").unwrap_or_default();
             let case = cases.into_iter().find(|c| c.name == case).with_context(|| case.to_owned())?;

@@ -8,8 +8,8 @@ use clap::{Args, Subcommand};
 use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::evaluation::film::film;
 use guidedog::evaluation::judge::Arena;
-use guidedog::evaluation::report::{Curve, Seeds, bands_svg, series_svg};
-use guidedog::evaluation::results::BehaviorReward;
+use guidedog::evaluation::report::{Curve, Seeds, bands_svg, paths_svg, series_svg};
+use guidedog::evaluation::results::{BehaviorReward, Results};
 use guidedog::evaluation::suite::{Case, SUITES, suite};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
@@ -29,6 +29,7 @@ const EXAMPLES: &str = "\
 Examples:
   guidedog picture film --case -60/30 --out spin.gif
   guidedog picture series --suite dynamic --case \"tug 0/60, 0.5 s\" --out tug.svg
+  guidedog picture paths --ground rough --out paths.svg
   guidedog picture curves runs/guide-1 runs/guide-2 runs/guide-3 --out reward.svg
 
 The maps and bars of whole suites are made by `guidedog evaluate --figure`.";
@@ -39,6 +40,8 @@ enum What {
     Film(Episode),
     /// Force, command and velocity of one episode over time, as an SVG
     Series(Episode),
+    /// Where a robot goes under each pull of a suite, from above, as an SVG
+    Paths(Paths),
     /// A column of metrics.csv of several runs, as an SVG: mean, lowest and highest of runs whose names differ in a number at
     /// the end only
     Curves(Curves),
@@ -63,6 +66,18 @@ struct Episode {
 }
 
 #[derive(Debug, Args)]
+struct Paths {
+    /// Suite of the pulls
+    #[arg(long, default_value = "paper17")]
+    suite: String,
+    /// Write the picture here
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    #[command(flatten)]
+    situation: Situation,
+}
+
+#[derive(Debug, Args)]
 struct Curves {
     /// Folders of runs
     #[arg(required = true)]
@@ -79,16 +94,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     match &arguments.what {
         What::Film(episode) => draw_film(episode),
         What::Series(episode) => draw_series(episode),
+        What::Paths(paths) => draw_paths(paths),
         What::Curves(curves) => draw_curves(curves),
     }?;
     Ok(ExitCode::SUCCESS)
 }
 
+fn cases(name: &str) -> Result<Vec<Case>, BadInput> {
+    suite(name).ok_or_else(|| BadInput::new(format!("--suite {name}: must be one of {}", SUITES.join(", "))))
+}
+
+fn write(out: &Path, bytes: &[u8]) -> Result<()> {
+    Ok(write_atomic(out, bytes).or_bad_input(|| format!("--out {}", out.display()))?)
+}
+
 impl Episode {
     fn case(&self) -> Result<Case> {
-        let cases = suite(&self.suite).ok_or_else(|| {
-            BadInput::new(format!("--suite {}: must be one of {}", self.suite, SUITES.join(", ")))
-        })?;
+        let cases = cases(&self.suite)?;
         let named = cases.into_iter().find(|case| case.name == self.case);
         let steady = || {
             let (x, y) = self.case.split_once('/')?;
@@ -109,10 +131,6 @@ impl Episode {
     fn count(&self, period_s: f64) -> usize {
         (self.seconds.max(0.0) / period_s) as usize
     }
-
-    fn write(&self, bytes: &[u8]) -> Result<()> {
-        Ok(write_atomic(&self.out, bytes).or_bad_input(|| format!("--out {}", self.out.display()))?)
-    }
 }
 
 fn draw_film(episode: &Episode) -> Result<()> {
@@ -120,7 +138,7 @@ fn draw_film(episode: &Episode) -> Result<()> {
     let supervisor = policies::supervisor(&episode.situation.supervisor)?;
     let mut poses = arena.poses(&supervisor, &episode.case()?).map_err(anyhow::Error::msg)?;
     poses.truncate(episode.count(0.08).max(1));
-    episode.write(&film(&poses, arena.ground()).map_err(anyhow::Error::msg)?)
+    write(&episode.out, &film(&poses, arena.ground()).map_err(anyhow::Error::msg)?)
 }
 
 fn draw_series(episode: &Episode) -> Result<()> {
@@ -128,7 +146,16 @@ fn draw_series(episode: &Episode) -> Result<()> {
     let supervisor = policies::supervisor(&episode.situation.supervisor)?;
     let mut recording = episode.arena()?.record(&supervisor, &case).map_err(anyhow::Error::msg)?;
     recording.samples.truncate(episode.count(0.02).max(recording.onset + 1));
-    episode.write(series_svg(&case.name, &recording).as_bytes())
+    write(&episode.out, series_svg(&case.name, &recording).as_bytes())
+}
+
+fn draw_paths(arguments: &Paths) -> Result<()> {
+    let Paths { suite, out, situation } = arguments;
+    let supervisor = policies::supervisor(&situation.supervisor)?;
+    let arena = situation.arena(false, 1)?;
+    let (cases, traces) = arena.judge(&supervisor, &cases(suite)?, &|_| {}).map_err(anyhow::Error::msg)?;
+    let results = Results { cases, ..Results::default() };
+    write(out, paths_svg(&results, &traces).unwrap_or_default().as_bytes())
 }
 
 fn draw_curves(arguments: &Curves) -> Result<()> {
@@ -147,8 +174,7 @@ fn draw_curves(arguments: &Curves) -> Result<()> {
     let is_reward = arguments.column == "behavior_reward/total";
     let reference = is_reward.then_some(("the paper", BehaviorReward::PAPER.total));
     let figure = bands_svg(&arguments.column, &groups, reference);
-    Ok(write_atomic(&arguments.out, figure.as_bytes())
-        .or_bad_input(|| format!("--out {}", arguments.out.display()))?)
+    write(&arguments.out, figure.as_bytes())
 }
 
 fn column(run: &Path, name: &str) -> Result<Vec<(u64, f64)>> {

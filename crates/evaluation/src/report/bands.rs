@@ -1,11 +1,10 @@
 //! Reward curves of several trainings as one band: the mean of the seeds, and the lowest and highest of them.
 
 use super::Curve;
-use super::chart::{Axes, Scale, figure_root, label, line, thinned};
+use super::chart::{Axes, Scale, figure_file, label, line, thinned};
 use super::legend::{Entry, legend};
 use super::markup::Element;
 use super::number::{counted, fixed, is_drawable};
-use super::page::FIGURE_STYLE;
 use crate::statistics::moving_average;
 
 const WIDTH: f64 = 760.0;
@@ -68,10 +67,7 @@ pub fn bands_svg(title: &str, groups: &[Seeds], reference: Option<(&str, f64)>) 
         .filter_map(|(seeds, band)| Some(format!("{} {}", seeds.name, fixed(band.last()?.1[1], 2))));
     let name = format!("{title}; at the end: {}", ends.collect::<Vec<_>>().join(", "));
     let drawn = bands.iter().enumerate().flat_map(|(index, (_, band))| draw(band, class(index), &axes));
-    figure_root(WIDTH, DOWN[0] + 44.0, &name)
-        .with("xmlns", "http://www.w3.org/2000/svg")
-        .child(Element::new("style").verbatim(FIGURE_STYLE))
-        .child(Element::classed("rect", "sheet").with("width", "100%").with("height", "100%"))
+    figure_file(WIDTH, DOWN[0] + 44.0, &name)
         .child(label(ACROSS[0], 16.0, "strong", title))
         .child(legend)
         .children([axes.draw_y(5), axes.draw_x(8)])

@@ -1,11 +1,11 @@
 //! The figure of success: one bar a case with its interval, colored by group, the baselines as marks over it.
 
 use super::ReportData;
-use super::chart::{Scale, figure_root, label, line, symbol};
+use super::chart::{Scale, figure_file, figure_root, label, line, symbol};
 use super::legend::{Entry, legend, marker, swatch, whisker};
 use super::markup::{Element, shortened};
 use super::number::{counted, fixed, is_drawable, percent};
-use super::page::{FIGURE_STYLE, figure};
+use super::page::figure;
 use crate::results::{Behavior, CaseResult, Group, Results};
 
 const WIDTH: f64 = 920.0;
@@ -24,13 +24,9 @@ const GAP: f64 = 9.0;
 /// Bars and marks are success rates \[%\], whiskers 95 % Wilson intervals. Without cases only the axis is left.
 pub fn success_bars_svg(judged: &Results, baselines: &[Results]) -> String {
     let (drawing, height) = draw(judged, baselines);
-    let style = Element::new("style").verbatim(FIGURE_STYLE);
-    let sheet = Element::classed("rect", "sheet").with("width", "100%").with("height", "100%");
     let moved = drawing.with("transform", format!("translate({MARGIN} {MARGIN})"));
-    figure_root(WIDTH + 2.0 * MARGIN, height + 2.0 * MARGIN, &description(judged))
-        .with("xmlns", "http://www.w3.org/2000/svg")
-        .children([style, sheet, moved])
-        .to_string()
+    let [width, height] = [WIDTH, height].map(|size| size + 2.0 * MARGIN);
+    figure_file(width, height, &description(judged)).child(moved).to_string()
 }
 
 /// The figure for the page; `None` without cases.

@@ -2,6 +2,7 @@
 
 use super::markup::Element;
 use super::number::{coordinate, fixed, is_drawable};
+use super::page::FIGURE_STYLE;
 
 /// Where a value lies on the page: a straight line through two pairs of value and pixel.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +76,14 @@ pub(super) fn figure_root(width: f64, height: f64, name: &str) -> Element {
         .with("role", "img")
         .with("aria-label", name)
         .child(Element::new("title").text(name))
+}
+
+/// The root of a figure that stands alone in a file, with its looks, light or dark as its reader likes it.
+pub(super) fn figure_file(width: f64, height: f64, name: &str) -> Element {
+    figure_root(width, height, name)
+        .with("xmlns", "http://www.w3.org/2000/svg")
+        .child(Element::new("style").verbatim(FIGURE_STYLE))
+        .child(Element::classed("rect", "sheet").with("width", "100%").with("height", "100%"))
 }
 
 /// Small figures side by side, four in a row, each drawn in its own coordinates.

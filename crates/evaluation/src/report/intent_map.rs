@@ -1,10 +1,9 @@
 //! The map of intent: what motions look like over the whole plane of forces.
 
-use super::chart::{Axes, Scale, extent, figure_root, label, line, symbol};
+use super::chart::{Axes, Scale, extent, figure_file, label, line, symbol};
 use super::legend::{Entry, legend};
 use super::markup::Element;
 use super::number::{coordinate, counted, percent};
-use super::page::FIGURE_STYLE;
 use crate::results::{Behavior, CaseResult, Results};
 use crate::suite::suite;
 use tasks::guidance::{PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
@@ -43,10 +42,7 @@ pub fn intent_map_svg(results: &Results) -> Option<String> {
     let along =
         along.at([("x", 0.5 * (ACROSS[0] + ACROSS[1])), ("y", bottom + 38.0)]).children(symbol("f", "x"));
     let unit = |text: Element| text.child(Element::new("tspan").at([("dy", -3.0)]).text(" [N]"));
-    let root = figure_root(WIDTH, bottom + 50.0, &name)
-        .with("xmlns", "http://www.w3.org/2000/svg")
-        .child(Element::new("style").verbatim(FIGURE_STYLE))
-        .child(Element::classed("rect", "sheet").with("width", "100%").with("height", "100%"))
+    let root = figure_file(WIDTH, bottom + 50.0, &name)
         .child(legend)
         .children(cells.rows.iter().flat_map(|row| draw_row(row, &cells, &axes)))
         .children([axes.draw_y(8), axes.draw_x(9)].map(|axis| axis.with("opacity", "0.9")))

@@ -30,6 +30,7 @@ pub use bands::{Seeds, bands_svg};
 pub use bars::success_bars_svg;
 pub use intent_map::intent_map_svg;
 pub use panels::{Panel, Stroke, panels_svg};
+pub use paths::paths_svg;
 pub use series::series_svg;
 
 /// A learning curve: one value per iteration.

@@ -1,10 +1,9 @@
 //! Many small line charts side by side: the numbers of a training, or trainings beside each other.
 
-use super::chart::{Axes, Scale, extent, figure_root, label, line, place, thinned};
+use super::chart::{Axes, Scale, extent, figure_file, label, line, place, thinned};
 use super::legend::{Entry, legend};
 use super::markup::Element;
 use super::number::is_drawable;
-use super::page::FIGURE_STYLE;
 
 const MOST_POINTS: usize = 600;
 /// Left of a panel's axes, for the numbers, and right of them \[px\].
@@ -66,10 +65,7 @@ pub fn panels_svg(title: &str, across: &str, panels: &[Panel], size: [f64; 2], g
     };
     let top = 26.0 + legend_height;
     let height = top + drawn.1[1] + 22.0;
-    figure_root(width, height, title)
-        .with("xmlns", "http://www.w3.org/2000/svg")
-        .child(Element::new("style").verbatim(FIGURE_STYLE))
-        .child(Element::classed("rect", "sheet").with("width", "100%").with("height", "100%"))
+    figure_file(width, height, title)
         .child(label(MARGINS[0], 16.0, "strong", title))
         .child(legend)
         .child(Element::new("g").with("transform", format!("translate(0 {top:.0})")).children(drawn.0))

@@ -1,6 +1,6 @@
 //! Paths from above: a panel for each behavior, the same scale along both of its axes, ahead is up and left is left.
 
-use super::chart::{Axes, Scale, extent, label, line, panels};
+use super::chart::{Axes, Scale, extent, figure_file, label, line, panels, place};
 use super::legend::{Entry, LINE_HEIGHT, legend};
 use super::markup::Element;
 use super::number::is_drawable;
@@ -20,36 +20,47 @@ const HEADING: f64 = 9.0;
 /// Headings drawn along a path that lasts very long.
 const MOST_HEADINGS: usize = 40;
 
+/// The paths of some cases as an SVG file that stands alone; `None` without a path to draw.
+pub fn paths_svg(judged: &Results, traces: &[PathTrace]) -> Option<String> {
+    let (parts, size, name) = draw(judged, traces)?;
+    let (placed, [width, height]) = place(parts, size);
+    Some(figure_file(width, height, &name).children(placed).to_string())
+}
+
 /// The figure; `None` without a path to draw.
 pub(super) fn from_above(data: &ReportData) -> Option<Element> {
+    let (parts, size, name) = draw(&data.judged, &data.traces)?;
+    let caption = "Paths from above, from the moment the force sets in (open circle), in meters; up is ahead. Dots a \
+                   second apart carry a stroke that points where the robot heads. Colors as in the figure of success; \
+                   every panel has its own scale.";
+    Some(figure(panels(parts, size, &name), Element::new("figcaption").text(caption)))
+}
+
+/// The panels, the size of each, and what they show together.
+fn draw(judged: &Results, traces: &[PathTrace]) -> Option<(Vec<Element>, [f64; 2], String)> {
     let groups: Vec<(Behavior, Vec<&PathTrace>)> = Behavior::ALL
         .into_iter()
-        .map(|behavior| (behavior, drawable_of(&data.traces, behavior)))
+        .map(|behavior| (behavior, drawable_of(traces, behavior)))
         .filter(|(_, traces)| !traces.is_empty())
         .collect();
     if groups.is_empty() {
         return None;
     }
     let drawn: Vec<(Element, f64)> =
-        groups.iter().map(|(behavior, traces)| panel(*behavior, traces, &data.judged)).collect();
+        groups.iter().map(|(behavior, traces)| panel(*behavior, traces, judged)).collect();
     let height = drawn.iter().map(|(_, height)| *height).fold(0.0, f64::max);
     let shown: Vec<&str> = groups.iter().map(|(behavior, _)| behavior.name()).collect();
     let name = format!("Paths of the robot seen from above: {}", shown.join(", "));
-    let parts = drawn.into_iter().map(|(part, _)| part).collect();
-    let caption = "Paths from above, from the moment the force sets in (open circle), in meters; up is ahead. Dots a \
-                   second apart carry a stroke that points where the robot heads. Colors as in the figure of success; \
-                   every panel has its own scale.";
-    let drawing = panels(parts, [PANEL_WIDTH, height], &name);
-    Some(figure(drawing, Element::new("figcaption").text(caption)))
+    Some((drawn.into_iter().map(|(part, _)| part).collect(), [PANEL_WIDTH, height], name))
 }
 
 fn drawable_of(traces: &[PathTrace], behavior: Behavior) -> Vec<&PathTrace> {
-    let drawable = |trace: &&PathTrace| trace.points.iter().any(|point| place(point).is_some());
+    let drawable = |trace: &&PathTrace| trace.points.iter().any(|point| on_ground(point).is_some());
     traces.iter().filter(|trace| trace.behavior == behavior).filter(drawable).collect()
 }
 
 /// A point as the axes take it, left and ahead.
-fn place(point: &[f64; 3]) -> Option<[f64; 2]> {
+fn on_ground(point: &[f64; 3]) -> Option<[f64; 2]> {
     (is_drawable(point[0]) && is_drawable(point[1])).then_some([point[1], point[0]])
 }
 
@@ -77,8 +88,8 @@ fn panel(behavior: Behavior, traces: &[&PathTrace], judged: &Results) -> (Elemen
 /// Axes with as many pixels a meter along as across, around all points and the start; left is on the left.
 fn square_axes(traces: &[&PathTrace]) -> Axes {
     let all = |index: usize| {
-        let places = traces.iter().flat_map(|trace| trace.points.iter().filter_map(place));
-        extent(places.map(move |place| place[index]).chain([0.0])).unwrap_or_default()
+        let places = traces.iter().flat_map(|trace| trace.points.iter().filter_map(on_ground));
+        extent(places.map(move |at| at[index]).chain([0.0])).unwrap_or_default()
     };
     let [left, ahead] = [all(0), all(1)];
     let span = (1.12 * (left[1] - left[0]).max(ahead[1] - ahead[0])).max(LEAST_SPAN_M);
@@ -107,7 +118,7 @@ fn styles<'a>(traces: &[&'a PathTrace], judged: &Results) -> Vec<(&'a str, Strin
 }
 
 fn draw_trace(trace: &PathTrace, class: &str, axes: &Axes) -> Element {
-    let points = trace.points.iter().map(|point| place(point).unwrap_or([f64::NAN; 2]));
+    let points = trace.points.iter().map(|point| on_ground(point).unwrap_or([f64::NAN; 2]));
     let color = class.split(' ').next().unwrap_or_default();
     Element::classed("g", "robot")
         .child(Element::new("title").text(&trace.case))
@@ -119,7 +130,7 @@ fn draw_trace(trace: &PathTrace, class: &str, axes: &Axes) -> Element {
 fn headings(trace: &PathTrace) -> impl Iterator<Item = &[f64; 3]> {
     let second = if trace.period_s > 0.0 { (1.0 / trace.period_s).round() as usize } else { 1 };
     let stride = second.max(trace.points.len() / MOST_HEADINGS).max(1);
-    let drawable = |point: &&[f64; 3]| place(point).is_some() && is_drawable(point[2]);
+    let drawable = |point: &&[f64; 3]| on_ground(point).is_some() && is_drawable(point[2]);
     trace.points.iter().step_by(stride).filter(drawable)
 }
 

@@ -1,9 +1,8 @@
 //! An episode over time: the force of the hand, and what was told and done.
 
-use super::chart::{Axes, Scale, figure_root, label, line};
+use super::chart::{Axes, Scale, figure_file, label, line};
 use super::legend::{Entry, legend};
 use super::markup::Element;
-use super::page::FIGURE_STYLE;
 use crate::recording::{Recording, STEP_S};
 
 const WIDTH: f64 = 760.0;
@@ -57,10 +56,7 @@ pub fn series_svg(name: &str, recording: &Recording) -> String {
         panel(title, lines, span, [top + PANEL, top], &time)
     });
     let height = TOP + PITCH * panels.len() as f64 + 8.0;
-    figure_root(WIDTH, height, &format!("Force and velocity over time under {name}"))
-        .with("xmlns", "http://www.w3.org/2000/svg")
-        .child(Element::new("style").verbatim(FIGURE_STYLE))
-        .child(Element::classed("rect", "sheet").with("width", "100%").with("height", "100%"))
+    figure_file(WIDTH, height, &format!("Force and velocity over time under {name}"))
         .child(label(ACROSS[0], 18.0, "strong", name))
         .child(legend)
         .children(drawn)
