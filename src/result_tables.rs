@@ -80,8 +80,12 @@ pub fn spread(mut values: Vec<Option<f64>>, decimals: usize) -> String {
 fn head(results: &Results) -> String {
     let level = if results.ground == "flat" { String::new() } else { format!(" of level {}", results.level) };
     let engine = results.engine.as_ref().map(|engine| format!(" in {engine}")).unwrap_or_default();
+    let noise = match results.force_noise_n {
+        0.0 => String::new(),
+        noise => format!(", force seen with ±{noise} N"),
+    };
     format!(
-        "{} on {} ground{level}{engine}, {} episodes a case{}; locomotion {}, supervisor {}\n",
+        "{} on {} ground{level}{engine}, {} episodes a case{}{noise}; locomotion {}, supervisor {}\n",
         results.suite,
         results.ground,
         results.episodes,

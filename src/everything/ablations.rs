@@ -1,8 +1,10 @@
-//! What each part of the supervisor's training is worth: trainings with one thing changed, and pairs of other walks and supervisors.
+//! What each part of the supervisor's training is worth: trainings with one thing changed; how it compares with rules; pairs of other
+//! walks and supervisors. All on randomized robots, level ground.
 
 use anyhow::{Context as _, Result};
-use evaluation::judge::Ground;
+use evaluation::judge::{Arena, Setting};
 use evaluation::results::{BehaviorReward, Group, Results};
+use evaluation::statistics::mean;
 use evaluation::suite::suite;
 
 use super::Maker;
@@ -23,6 +25,13 @@ const SEEDS: u64 = 3;
 const SHORT_TRAINING: [&str; 2] = ["training.iterations=200", "ppo.anneal_iterations=200"];
 /// Episodes of a case at most: what is compared are trainings, and seeds differ by more than 60 episodes of one do.
 const MOST_EPISODES: usize = 60;
+/// Error of the force that supervisors see where they are compared with rules \[N\]: with a perfect sensor on level ground there would be
+/// nothing to learn.
+const SENSOR_ERROR_N: f32 = 2.0;
+/// Those that learn nothing.
+const RULES: [&str; 3] = ["oracle", "rules", "dominance"];
+/// Ablations that are compared with them.
+const LEARNED: [&str; 2] = ["paper-task", "ours"];
 
 /// The paper's pulls.
 const PAPER_FORCES: &[&str] = &[
@@ -50,13 +59,13 @@ impl Maker {
     pub(super) fn ablations(&self, interrupt: &Interrupt) -> Result<bool> {
         let mut rows = Vec::new();
         let mut oracle = None;
-        for (name, settings) in ABLATIONS {
+        for (name, _) in ABLATIONS {
             let mut found = Vec::new();
             for seed in 1..=SEEDS {
-                let run = format!("ablation-{name}-{seed}");
-                let settings = [owned(&settings.concat()), vec![format!("training.seed={seed}")]].concat();
-                let Some(policy) = self.supervisor(&run, &settings, interrupt)? else { return Ok(false) };
-                let results = self.pair(&run, SHIPPED, &policy, oracle)?;
+                let Some(policy) = self.ablation(name, seed, interrupt)? else { return Ok(false) };
+                let pair =
+                    Pair { name: format!("ablation-{name}-{seed}"), supervisor: policy, ..Pair::default() };
+                let results = self.pair(&pair, oracle)?;
                 oracle = Some(results.oracle_reward);
                 found.push(results);
             }
@@ -68,6 +77,54 @@ impl Maker {
             self.pair_episodes()
         );
         self.write("ablations", "txt", (head + &table(&rows)).as_bytes())?;
+        Ok(true)
+    }
+
+    /// Rules and learned supervisors with an imprecise force sensor, on the pulls of the paper and on thresholds; false if the user
+    /// interrupts.
+    pub(super) fn baselines(&self, interrupt: &Interrupt) -> Result<bool> {
+        let mut supervisors: Vec<(String, Vec<String>)> =
+            RULES.map(|name| (name.to_owned(), vec![name.to_owned()])).to_vec();
+        for name in LEARNED {
+            let mut seeds = Vec::new();
+            for seed in 1..=SEEDS {
+                let Some(policy) = self.ablation(name, seed, interrupt)? else { return Ok(false) };
+                seeds.push(policy);
+            }
+            supervisors.push((format!("{name}, 200 iterations"), seeds));
+        }
+        supervisors.push((SHIPPED.to_owned(), vec![SHIPPED.to_owned()]));
+        let mut text = String::new();
+        let mut oracle = None;
+        for suite in ["paper17", "edges"] {
+            let mut rows = Vec::new();
+            for (name, seeds) in &supervisors {
+                let mut found = Vec::new();
+                for (seed, supervisor) in (1..).zip(seeds) {
+                    if interrupt.requested() {
+                        return Ok(false);
+                    }
+                    let pair = Pair {
+                        name: format!("baseline-{suite}-{}-{seed}", name.split(',').next().unwrap_or(name)),
+                        supervisor: supervisor.clone(),
+                        suite,
+                        force_noise_n: SENSOR_ERROR_N,
+                        ..Pair::default()
+                    };
+                    let results = self.pair(&pair, oracle)?;
+                    oracle = Some(results.oracle_reward);
+                    found.push(results);
+                }
+                rows.push((name.clone(), found));
+            }
+            text += &format!(
+                "{suite} on level ground, {} episodes a case, randomized robots, force seen with ±{SENSOR_ERROR_N} N; learned: {SEEDS} seeds, median (lowest to \
+                 highest)\n{}\n",
+                self.pair_episodes(),
+                table(&rows)
+            );
+        }
+        self.write("baselines", "txt", text.as_bytes())?;
         Ok(true)
     }
 
@@ -83,7 +140,13 @@ impl Maker {
         for (walk_name, walk) in [("shipped", SHIPPED), ("other", walk)] {
             let mut oracle = None;
             for (name, supervisor) in [("shipped", SHIPPED), ("other", &other)] {
-                let found = self.pair(&format!("swap-{walk_name}-{name}"), walk, supervisor, oracle)?;
+                let pair = Pair {
+                    name: format!("swap-{walk_name}-{name}"),
+                    walk: walk.to_owned(),
+                    supervisor: supervisor.to_owned(),
+                    ..Pair::default()
+                };
+                let found = self.pair(&pair, oracle)?;
                 oracle = Some(found.oracle_reward);
                 rows.push((format!("{walk_name} walk, {name} supervisor"), vec![found]));
             }
@@ -98,6 +161,14 @@ impl Maker {
 
     fn pair_episodes(&self) -> usize {
         self.episodes.min(MOST_EPISODES)
+    }
+
+    /// The supervisor of an ablation, trained or found; `None` if the user interrupts.
+    fn ablation(&self, name: &str, seed: u64, interrupt: &Interrupt) -> Result<Option<String>> {
+        let of_name = ABLATIONS.iter().find(|(other, _)| *other == name);
+        let (_, settings) = of_name.with_context(|| format!("no ablation is called {name}"))?;
+        let settings = [owned(&settings.concat()), vec![format!("training.seed={seed}")]].concat();
+        self.supervisor(&format!("ablation-{name}-{seed}"), &settings, interrupt)
     }
 
     /// Trains a supervisor in a run folder here, or finds it trained; `None` if the user interrupts.
@@ -115,23 +186,48 @@ impl Maker {
         })
     }
 
-    /// A pair of policies under `paper17`, on randomized robots; `oracle` is the oracle's reward over this walk, if known.
-    fn pair(
-        &self,
-        name: &str,
-        walk: &str,
-        supervisor: &str,
-        oracle: Option<BehaviorReward>,
-    ) -> Result<Results> {
+    /// Judges a pair of policies, or finds it judged; `oracle` is the oracle's reward over its walk, if known.
+    fn pair(&self, pair: &Pair, oracle: Option<BehaviorReward>) -> Result<Results> {
+        let Pair { name, walk, supervisor, suite: suite_name, force_noise_n } = pair;
         if let Some(results) = self.finished(name, self.pair_episodes()) {
             return Ok(results);
         }
-        let arena = self.arena_of(walk, Ground::Flat, true, self.pair_episodes())?;
-        let cases = suite("paper17").context("the suite paper17")?;
-        let names = Names { suite: "paper17".into(), locomotion: walk.into(), supervisor: supervisor.into() };
+        let setting = Setting {
+            randomize: true,
+            force_noise_n: *force_noise_n,
+            episodes: self.pair_episodes(),
+            seed: self.seed,
+            ..Setting::default()
+        };
+        let arena = Arena::new(policies::locomotion(walk)?, setting).map_err(anyhow::Error::msg)?;
+        let cases = suite(suite_name).with_context(|| format!("no suite is called {suite_name}"))?;
+        let names =
+            Names { suite: (*suite_name).into(), locomotion: walk.clone(), supervisor: supervisor.clone() };
         let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
         self.keep(name, &results)?;
         Ok(results)
+    }
+}
+
+/// Two policies and how they are judged, under a name of their own.
+struct Pair {
+    name: String,
+    walk: String,
+    supervisor: String,
+    suite: &'static str,
+    force_noise_n: f32,
+}
+
+impl Default for Pair {
+    fn default() -> Self {
+        let shipped = || SHIPPED.to_owned();
+        Self {
+            name: String::new(),
+            walk: shipped(),
+            supervisor: shipped(),
+            suite: "paper17",
+            force_noise_n: 0.0,
+        }
     }
 }
 
@@ -139,12 +235,12 @@ fn owned(settings: &[&str]) -> Vec<String> {
     settings.iter().map(|&setting| setting.to_owned()).collect()
 }
 
-/// A line a name: behavior reward, episodes obeyed by group, falls.
+/// A line a name: behavior reward, episodes obeyed by group, falls, changes of the reading.
 fn table(rows: &[(String, Vec<Results>)]) -> String {
     let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let mut text = format!(
-        "\n{:width$} {:>22} {:>22} {:>22} {:>22} {:>22}\n",
-        "", "behavior reward", "trained", "edge", "outside", "falls per 1000"
+        "\n{:width$} {:>22} {:>22} {:>22} {:>22} {:>22} {:>22}\n",
+        "", "behavior reward", "trained", "edge", "outside", "falls per 1000", "switches in 10 s"
     );
     for (name, results) in rows {
         let column = |of: &dyn Fn(&Results) -> Option<f64>, decimals| {
@@ -153,9 +249,18 @@ fn table(rows: &[(String, Vec<Results>)]) -> String {
         let [trained, edge, outside] =
             [Group::Trained, Group::Edge, Group::Outside].map(|group| column(&|r| r.group_success(group), 3));
         let (reward, falls) = (column(&|r| Some(r.reward.total), 3), column(&|r| r.falls_per_1000, 1));
-        text += &format!("{name:width$} {reward:>22} {trained:>22} {edge:>22} {outside:>22} {falls:>22}\n");
+        let switches = column(&mean_switches, 2);
+        text += &format!(
+            "{name:width$} {reward:>22} {trained:>22} {edge:>22} {outside:>22} {falls:>22} {switches:>22}\n"
+        );
     }
     text
+}
+
+/// Over the cases of a suite.
+fn mean_switches(results: &Results) -> Option<f64> {
+    let switches: Vec<f64> = results.cases.iter().filter_map(|case| case.switches_per_10s).collect();
+    mean(&switches)
 }
 
 #[cfg(test)]
@@ -170,6 +275,9 @@ mod tests {
             config.validate().unwrap();
             assert_eq!(config == plain, name == "ours", "{name}");
         }
+        for name in LEARNED {
+            assert!(ABLATIONS.iter().any(|(other, _)| *other == name), "{name}");
+        }
     }
 
     #[test]
@@ -182,6 +290,6 @@ mod tests {
         let table = table(&[("ours".into(), vec![results(0.7), results(0.9), results(0.8)])]);
         let line = table.lines().last().unwrap();
         assert!(line.starts_with("ours") && line.contains("0.800 (0.700 to 0.900)"), "{line}");
-        assert!(line.ends_with("2.0"), "{line}");
+        assert!(line.contains(" 2.0 ") && line.ends_with("not"), "{line}");
     }
 }

@@ -78,6 +78,8 @@ pub enum Section {
     Mujoco,
     /// Supervisors trained with one thing changed
     Ablations,
+    /// Rules and learned supervisors with an imprecise force sensor
+    Baselines,
     /// The shipped policies paired with others
     Swaps,
 }
@@ -132,6 +134,7 @@ impl Maker {
                 self.one_by_one(&[Ground::Flat, Ground::Rough, Ground::Stairs], interrupt, Self::other_engine)
             }
             Section::Ablations => self.ablations(interrupt),
+            Section::Baselines => self.baselines(interrupt),
             Section::Swaps => self.swaps(interrupt),
         }
     }
@@ -153,13 +156,9 @@ impl Maker {
     }
 
     fn arena(&self, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {
-        self.arena_of(SHIPPED, ground, randomize, episodes)
-    }
-
-    fn arena_of(&self, walk: &str, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {
         let level = ground.level(LEVEL);
-        let setting = Setting { ground, level, randomize, episodes, seed: self.seed };
-        Arena::new(policies::locomotion(walk)?, setting).map_err(anyhow::Error::msg)
+        let setting = Setting { ground, level, randomize, episodes, seed: self.seed, ..Setting::default() };
+        Arena::new(policies::locomotion(SHIPPED)?, setting).map_err(anyhow::Error::msg)
     }
 
     /// What a part has found, if it was finished with the same episodes and seed.

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Args;
 use guidedog::error::{BadInput, OrBadInput as _};
+use guidedog::evaluation::judge::Setting;
 use guidedog::evaluation::locomotion::judge_locomotion;
 use guidedog::evaluation::report::{self, PathTrace, ReportData};
 use guidedog::evaluation::results::Results;
@@ -52,12 +53,22 @@ pub(crate) struct Arguments {
     /// Draw robot, friction, harness and first state anew for each episode
     #[arg(long)]
     randomize: bool,
+    /// Error of the force that the supervisor sees, uniform, ± \[N\]; the oracle sees the force itself
+    #[arg(long, value_name = "NEWTONS", default_value_t = 0.0, value_parser = newtons, conflicts_with_all = ["plan", "recorded"])]
+    force_noise: f32,
+}
+
+fn newtons(text: &str) -> Result<f32, String> {
+    let value = text.parse().ok().filter(|value| (0.0..=100.0).contains(value));
+    value.ok_or_else(|| "must be from 0 to 100 newtons".into())
 }
 
 const EXAMPLES: &str = "\
 Examples:
   guidedog evaluate                                        the shipped policies on the 17 pulls
   guidedog evaluate --supervisor rules --ground rough      Table II as a rule, on rough ground of level 5
+  guidedog evaluate --supervisor rules --suite edges --force-noise 2
+                                                           thresholds with an imprecise force sensor
   guidedog evaluate --suite locomotion                     commands under pulls; every kind of ground by level
   guidedog evaluate --supervisor runs/guide/policy.onnx --json guide.json --report guide.html
   guidedog evaluate --suite plane                          where each threshold lies, and how sharp it is
@@ -84,7 +95,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     })?;
     let situation = &arguments.situation;
     let supervisor = policies::supervisor(&situation.supervisor)?;
-    let arena = situation.arena(arguments.randomize, arguments.episodes())?;
+    let setting = Setting {
+        randomize: arguments.randomize,
+        force_noise_n: arguments.force_noise,
+        episodes: arguments.episodes(),
+        ..Setting::default()
+    };
+    let arena = situation.arena_with(setting)?;
     if let Some(path) = &arguments.plan {
         write_plan(&arena, &cases, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
         return Ok(ExitCode::SUCCESS);

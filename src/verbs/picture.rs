@@ -124,7 +124,7 @@ impl Episode {
     }
 
     fn arena(&self) -> Result<Arena> {
-        self.situation.arena(false, 1)
+        self.situation.arena(1)
     }
 
     /// How many of the pieces of `period_s` are within the time asked for.
@@ -152,7 +152,7 @@ fn draw_series(episode: &Episode) -> Result<()> {
 fn draw_paths(arguments: &Paths) -> Result<()> {
     let Paths { suite, out, situation } = arguments;
     let supervisor = policies::supervisor(&situation.supervisor)?;
-    let arena = situation.arena(false, 1)?;
+    let arena = situation.arena(1)?;
     let (cases, traces) = arena.judge(&supervisor, &cases(suite)?, &|_| {}).map_err(anyhow::Error::msg)?;
     let results = Results { cases, ..Results::default() };
     write(out, paths_svg(&results, &traces).unwrap_or_default().as_bytes())

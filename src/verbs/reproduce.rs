@@ -7,7 +7,7 @@ use std::time::Instant;
 use anyhow::{Context as _, Result};
 use clap::Args;
 use guidedog::config::resolve_text;
-use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::evaluation::judge::{Arena, Setting};
 use guidedog::evaluation::report::{self, Curve, ReportData, TrainingCurves};
 use guidedog::evaluation::results::{Behavior, Results};
 use guidedog::evaluation::suite::suite;
@@ -120,8 +120,7 @@ fn judge_all(
     interrupt: &Interrupt,
 ) -> Result<Option<ReportData>> {
     let locomotion = &config.task.locomotion;
-    let setting =
-        Setting { ground: Ground::Flat, level: 0, randomize: false, episodes, seed: config.training.seed };
+    let setting = Setting { episodes, seed: config.training.seed, ..Setting::default() };
     let arena = Arena::new(policies::locomotion(locomotion)?, setting).map_err(anyhow::Error::msg)?;
     let cases = suite("paper17").context("the suite paper17")?;
     let own = run.file("policy.onnx").display().to_string();

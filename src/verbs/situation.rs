@@ -44,10 +44,15 @@ impl From<GroundName> for Ground {
 
 impl Situation {
     /// The ground, with the policy that walks there.
-    pub(crate) fn arena(&self, randomize: bool, episodes: usize) -> Result<Arena> {
+    pub(crate) fn arena(&self, episodes: usize) -> Result<Arena> {
+        self.arena_with(Setting { episodes, ..Setting::default() })
+    }
+
+    /// As [`Self::arena`], ground and seed of `setting` aside.
+    pub(crate) fn arena_with(&self, setting: Setting) -> Result<Arena> {
         let ground = Ground::from(self.ground);
         let level = ground.level(self.level as usize);
-        let setting = Setting { ground, level, randomize, episodes, seed: self.seed };
+        let setting = Setting { ground, level, seed: self.seed, ..setting };
         Ok(Arena::new(policies::locomotion(&self.locomotion)?, setting).map_err(BadInput::new)?)
     }
 }

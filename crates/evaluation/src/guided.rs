@@ -9,6 +9,8 @@ pub(crate) struct Guided<'a> {
     pub(crate) course: &'a Course,
     pub(crate) supervisor: &'a Supervisor,
     pub(crate) squad: Squad,
+    /// Error of the observed force, ± \[N\].
+    force_noise_n: f32,
     step: u32,
     forces: Vec<[[f32; 3]; 2]>,
     commands: Vec<[f32; 3]>,
@@ -19,13 +21,19 @@ pub(crate) struct Guided<'a> {
 
 impl<'a> Guided<'a> {
     /// Robots that were reset, no hand on the bar yet.
-    pub(crate) fn new(course: &'a Course, supervisor: &'a Supervisor, squad: Squad) -> Self {
+    pub(crate) fn new(
+        course: &'a Course,
+        supervisor: &'a Supervisor,
+        squad: Squad,
+        force_noise_n: f32,
+    ) -> Self {
         let robots = squad.robots();
         let observed = if supervisor.observes() { robots * layout::SUPERVISOR_OBSERVATION } else { 0 };
         Self {
             course,
             supervisor,
             squad,
+            force_noise_n,
             step: 0,
             forces: vec![[[0.0; 3]; 2]; robots],
             commands: vec![[0.0; 3]; robots],
@@ -66,6 +74,14 @@ impl<'a> Guided<'a> {
 
     fn decide(&mut self) {
         let Self { course, squad, forces, commands, observations, workspace, step, .. } = self;
+        let noise = self.force_noise_n;
+        if noise > 0.0 {
+            for (robot, [seen, real]) in forces.iter_mut().enumerate() {
+                let number = squad.first_robot + robot;
+                let mut random = Philox::new(course.seed, number, 0, *step, Purpose::ForceObservation);
+                *seen = real.map(|force| force + random.uniform(-noise, noise));
+            }
+        }
         for (robot, row) in observations.chunks_exact_mut(layout::SUPERVISOR_OBSERVATION).enumerate() {
             let number = squad.first_robot + robot;
             let mut random = Philox::new(course.seed, number, 0, *step, Purpose::SupervisorObservation);

@@ -13,7 +13,7 @@ use tasks::{
 use terrain::{GridConfig, LEVELS, SubTerrain, TerrainGrid, next_level};
 
 use crate::{
-    judge::{Arena, Ground, Setting},
+    judge::{Arena, Setting},
     locomotion::{EPISODE_S, Judge},
     recording::steps,
 };
@@ -208,7 +208,7 @@ impl Understanding {
     /// # Errors
     /// There is nothing to run.
     pub fn new(locomotion: LocomotionPolicy) -> Result<Self, String> {
-        let setting = Setting { ground: Ground::Flat, level: 0, randomize: false, episodes: 1, seed: SEED };
+        let setting = Setting { episodes: 1, seed: SEED, ..Setting::default() };
         let arena = Arena::new(locomotion, setting)?;
         let oracle = arena.behavior_reward(&Supervisor::Oracle, ROBOTS)?.total;
         Ok(Self { arena, oracle })

@@ -1,9 +1,10 @@
 //! What is judged, and where.
 
 /// The ground of an evaluation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ground {
     /// Level.
+    #[default]
     Flat,
     /// All families, every tile of one level.
     Rough,
@@ -28,7 +29,7 @@ impl Ground {
 }
 
 /// What is to be judged, and where.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Setting {
     /// The ground.
     pub ground: Ground,
@@ -36,6 +37,9 @@ pub struct Setting {
     pub level: usize,
     /// Robots, friction and harness drawn as in training, first states too; otherwise the nominal robot, standing.
     pub randomize: bool,
+    /// Error of the force that supervisors see, along each axis, uniform, ±; drawn at every decision \[N\]. The oracle sees the
+    /// force itself.
+    pub force_noise_n: f32,
     /// Episodes of every case.
     pub episodes: usize,
     /// Seed of all draws: the same for every supervisor, so that comparisons are paired.

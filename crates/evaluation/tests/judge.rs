@@ -25,11 +25,30 @@ fn standing() -> LocomotionPolicy {
 }
 
 fn arena(ground: Ground, randomize: bool) -> Arena {
-    Arena::new(standing(), Setting { ground, level: 3, randomize, episodes: 20, seed: 5 }).unwrap()
+    Arena::new(
+        standing(),
+        Setting { ground, level: 3, randomize, episodes: 20, seed: 5, ..Setting::default() },
+    )
+    .unwrap()
 }
 
 fn cases() -> Vec<Case> {
     [[-41.0, 0.0], [0.0, 0.0]].map(|[x, y]| Case::new(x, y, Group::Trained)).to_vec()
+}
+
+#[test]
+fn an_imprecise_force_sensor_makes_rules_flicker_and_the_oracle_sees_the_force_itself() {
+    let commands = |force_noise_n, supervisor: &Supervisor| {
+        let setting = Setting { force_noise_n, episodes: 1, seed: 5, ..Setting::default() };
+        let recording = Arena::new(standing(), setting).unwrap().record(supervisor, &cases()[0]).unwrap();
+        recording.pulled().iter().map(|sample| sample.command).collect::<Vec<_>>()
+    };
+    let walks = |commands: &[[f32; 3]]| commands.iter().filter(|command| command[0] > 0.0).count();
+    assert_eq!(walks(&commands(0.0, &Supervisor::Rules)), 0, "41 N back mean Stop");
+    // Of errors within ±2 N a quarter is above 1 N.
+    let share = walks(&commands(2.0, &Supervisor::Rules)) as f64 / 600.0;
+    assert!((share - 0.25).abs() < 0.1, "{share}");
+    assert_eq!(commands(2.0, &Supervisor::Oracle), commands(0.0, &Supervisor::Oracle));
 }
 
 #[test]
@@ -80,7 +99,7 @@ fn the_same_seed_gives_the_same_numbers_for_any_number_of_threads() {
 
 #[test]
 fn a_level_beyond_the_last_is_refused() {
-    let setting = Setting { ground: Ground::Stairs, level: 10, randomize: false, episodes: 1, seed: 1 };
+    let setting = Setting { ground: Ground::Stairs, level: 10, episodes: 1, ..Setting::default() };
     assert!(Arena::new(standing(), setting).unwrap_err().contains("level is 10"));
 }
 

@@ -30,6 +30,8 @@ pub enum Purpose {
     Evaluation = 10,
     /// Observation noise of the supervisor.
     SupervisorObservation = 11,
+    /// Error of the force that supervisors see in an evaluation.
+    ForceObservation = 12,
 }
 
 /// A stream of random numbers; `Copy`, so a stream can be replayed.

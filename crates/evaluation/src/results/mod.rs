@@ -72,6 +72,9 @@ pub struct Results {
     pub level: usize,
     /// Whether robot, friction and harness were drawn anew for each episode.
     pub randomize: bool,
+    /// Error of the force that the supervisor saw, ± \[N\].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub force_noise_n: f64,
     /// Episodes for each case.
     pub episodes: usize,
     /// Seed of all random draws.
@@ -98,6 +101,10 @@ pub struct Results {
     /// Who simulated, if not guidedog itself: "MuJoCo 4.0.0".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub engine: Option<String>,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// What the suite `plane` says of the whole plane of forces.
