@@ -1,6 +1,6 @@
 //! The stages in which robots learn to walk: settings of their own each, and the weights of the stage before to begin with.
 //!
-//! Few robots with many updates find the first steps, many robots with one pass over their samples the rest (docs/results.md).
+//! Few robots with many updates find the first steps, many robots with one pass over their samples the rest (docs/findings.md).
 
 use std::path::{Path, PathBuf};
 

@@ -51,10 +51,10 @@ pub trait Learner {
 pub struct TrainingSettings {
     /// Seed of every random draw \[1; 0 to 9007199254740992\]. Source: ours, 1; judge a setting by several.
     pub seed: u64,
-    /// Environments stepped together, a multiple of 16 \[robots; 16 to 1048576\]. Source: docs/results.md, few robots and
+    /// Environments stepped together, a multiple of 16 \[robots; 16 to 1048576\]. Source: docs/findings.md, few robots and
     /// many updates learn fastest on two cores; the paper: 4096.
     pub num_envs: usize,
-    /// Iterations in all \[iterations; 1 to 100000000\]. Source: docs/results.md; the paper: 3000 for the supervisor.
+    /// Iterations in all \[iterations; 1 to 100000000\]. Source: docs/findings.md; the paper: 3000 for the supervisor.
     pub iterations: u64,
     /// Time between checkpoints \[s; above 0 to 1000000\]. Source: ours; so much is lost at most.
     pub checkpoint_period_s: f64,

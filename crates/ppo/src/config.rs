@@ -35,18 +35,18 @@ pub struct Config {
     /// Widths of the actor's hidden layers \[units; 1 to 8192\]. Source: Isaac Lab, 512, 256, 128 (rough locomotion); the
     /// paper, 128, 128, 128 (supervisor).
     pub actor_hidden: Vec<usize>,
-    /// Widths of the critic's hidden layers \[units; 1 to 8192\]. Source: Isaac Lab, as the actor's; docs/results.md: 256,
+    /// Widths of the critic's hidden layers \[units; 1 to 8192\]. Source: Isaac Lab, as the actor's; docs/findings.md: 256,
     /// 128, 64 lose nothing in locomotion.
     pub critic_hidden: Vec<usize>,
     /// Control steps of every environment in one iteration \[steps; 1 to 10000\]. Source: Isaac Lab, 24.
     pub steps_per_env: usize,
-    /// Passes over an iteration's samples \[passes; 1 to 100\]. Source: Isaac Lab, 5; two were no faster (docs/results.md).
+    /// Passes over an iteration's samples \[passes; 1 to 100\]. Source: Isaac Lab, 5; two were no faster (docs/findings.md).
     pub epochs: usize,
     /// Parts the samples are divided into; each gives one gradient step an epoch \[parts; 1 to 100000\]. Source: Isaac Lab,
     /// 4.
     pub minibatches: usize,
     /// Discount of a step \[1; above 0 to 1\]. Source: Isaac Lab, 0.99; the supervisor learns faster with 0.9
-    /// (docs/results.md).
+    /// (docs/findings.md).
     pub gamma: f32,
     /// Decay of advantage estimation \[1; 0 to 1\]. Source: Isaac Lab, 0.95; Schulman et al., High-dimensional continuous
     /// control using generalized advantage estimation, 2016.
@@ -63,36 +63,36 @@ pub struct Config {
     /// Learning rate at the start, within `learning_rate_range` \[1; above 0 to 1\]. Source: Isaac Lab, 1e-3.
     pub learning_rate: f32,
     /// Divergence between the old and the new policy that the learning rate is steered to; 0 keeps the rate \[1; 0 to 10\].
-    /// Source: Isaac Lab, 0.01; 0.02 walks sooner (docs/results.md).
+    /// Source: Isaac Lab, 0.01; 0.02 walks sooner (docs/findings.md).
     pub desired_kl: f32,
     /// Weight of the squared distance between the mean action and halfway from the one before to the one after, as the policy that
     /// acted had them. Unlike a reward's price on changes it does not see the noise that explores \[1; 0 to 1000\]. Source: Mysore et
     /// al., Regularizing action policies for smooth control, 2021, equation 1 (there against the next mean alone); Isaac Lab, 0.
     pub smoothness: f32,
     /// Iterations over which `desired_kl` and `entropy_coefficient` fall in a straight line to a tenth, so that the policy
-    /// settles on the mean of what noisy gradients say; 0 keeps them \[iterations; 0 to 100000000\]. Source: docs/results.md,
+    /// settles on the mean of what noisy gradients say; 0 keeps them \[iterations; 0 to 100000000\]. Source: docs/findings.md,
     /// "Annealing".
     pub anneal_iterations: u64,
     /// Bounds of the learning rate, in order \[1; above 0 to 1\]. Source: rsl_rl, 1e-5 and 1e-2; large networks blew up above
-    /// 1e-3 (docs/results.md).
+    /// 1e-3 (docs/findings.md).
     pub learning_rate_range: [f32; 2],
     /// Longest gradient; a longer one is scaled down \[1; above 0 to 1000000\]. Source: Isaac Lab, 1.
     pub max_gradient_norm: f32,
     /// Standard deviation of every action at the start \[1; above 0 to 100\]. Source: Isaac Lab, 1.
     pub initial_std: f32,
     /// What the standard deviation of any action is cut off at before each iteration: a policy that has learned its task and a critic
-    /// that knows it learn precision with little noise \[1; above 0 to 100\]. Source: docs/results.md, "Less noise at the end";
+    /// that knows it learn precision with little noise \[1; above 0 to 100\]. Source: docs/findings.md, "Less noise at the end";
     /// Isaac Lab: no limit.
     pub max_std: f32,
     /// Iterations at the start in which only the critic learns, at the highest learning rate: with a policy from a file and a
     /// critic that knows nothing, what the policy learns at first is noise \[iterations; 0 to 100000000\]. Source:
-    /// docs/results.md, "Little noise needs a taught critic"; rsl_rl, 0.
+    /// docs/findings.md, "Little noise needs a taught critic"; rsl_rl, 0.
     pub critic_iterations: u64,
     /// Whether the activation of every unit of the first layers begins with its kink at an observation, and not all near zero: steps
-    /// that lie far from zero are found sooner. Source: docs/results.md, "Kinks where the data is"; rsl_rl, false.
+    /// that lie far from zero are found sooner. Source: docs/findings.md, "Kinks where the data is"; rsl_rl, false.
     pub kinks_at_observations: bool,
     /// Whether half of the samples, drawn anew in each epoch, are learned from in their left–right mirror image. Source:
-    /// docs/results.md, "Mirror images".
+    /// docs/findings.md, "Mirror images".
     pub symmetry: bool,
     /// Blocks of eight partial gradients in which a minibatch is added up. A partial is the work of one thread, so this times
     /// eight is how many threads of all ranks can work at once; one block a rank is the least to exchange. Another number is

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use terrain::SubTerrain;
 
-/// Bands of friction: each up to this value, and what it is called. Slipping begins to matter below 0.7 (docs/results.md, "Less
+/// Bands of friction: each up to this value, and what it is called. Slipping begins to matter below 0.7 (docs/findings.md, "Less
 /// noise at the end").
 const FRICTION: [(f64, &str); 3] =
     [(0.5, "friction to 0.5"), (0.7, "friction to 0.7"), (f64::INFINITY, "friction above 0.7")];

@@ -32,19 +32,19 @@ pub struct GuidanceConfig {
     /// Scale of the sensors' errors, of both networks \[1; 0 to 10\]. Source: Isaac Lab, whose errors are 1.
     pub observation_noise: f32,
     /// Force that counts as 1 to the learning network; the smaller, the steeper the steps of Table II that it learns \[N; 0.1 to
-    /// 1000\]. Source: docs/results.md, "The unit of force".
+    /// 1000\]. Source: docs/findings.md, "The unit of force".
     pub force_unit_n: f32,
     /// The handler's pulls.
     pub pull: PullConfig,
     /// How far beyond a threshold of Table II a pull must be to mean more: one that is on it is gentle then with something to
-    /// spare \[N; 0 to 10\]. Source: docs/results.md, "Thresholds"; the paper: 0.
+    /// spare \[N; 0 to 10\]. Source: docs/findings.md, "Thresholds"; the paper: 0.
     pub threshold_margin_n: f32,
     /// Weight of the squared change of the command \[s/m² and s/rad²; -10 to 0\]. Source: the paper, −1e-4.
     pub command_rate: f32,
     /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
-    /// \[1/rad; -100 to 0\]. Source: docs/results.md, "Drift of the heading"; the paper: 0.
+    /// \[1/rad; -100 to 0\]. Source: docs/findings.md, "Drift of the heading"; the paper: 0.
     pub heading_drift: f32,
-    /// Paid once for a fall \[1; -100 to 0\]. Source: docs/results.md, "A price on falls"; the paper: 0.
+    /// Paid once for a fall \[1; -100 to 0\]. Source: docs/findings.md, "A price on falls"; the paper: 0.
     pub fall: f32,
     /// Differences between robots.
     pub randomization: Randomization,

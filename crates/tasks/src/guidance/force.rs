@@ -14,20 +14,20 @@ use crate::bounds::{ordered_within, within};
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PullConfig {
-    /// Along x, from and to: below zero pulls back \[N; -500 to 500\]. Source: docs/results.md, "Thresholds"; the paper: −80
+    /// Along x, from and to: below zero pulls back \[N; -500 to 500\]. Source: docs/findings.md, "Thresholds"; the paper: −80
     /// to 0.
     pub x_n: [f32; 2],
-    /// Along y, from and to: above zero pulls left \[N; -500 to 500\]. Source: docs/results.md, "Thresholds"; the paper: ±40.
+    /// Along y, from and to: above zero pulls left \[N; -500 to 500\]. Source: docs/findings.md, "Thresholds"; the paper: ±40.
     pub y_n: [f32; 2],
     /// Along z, from and to: above zero lifts \[N; -500 to 500\]. Source: the paper, ±20.
     pub z_n: [f32; 2],
-    /// Share of pulls that are near a threshold along x or along y \[1; 0 to 1\]. Source: docs/results.md, "Thresholds"; the
+    /// Share of pulls that are near a threshold along x or along y \[1; 0 to 1\]. Source: docs/findings.md, "Thresholds"; the
     /// paper: 0.
     pub near_threshold_share: f32,
-    /// How near, ± \[N; 0 to 20\]. Source: docs/results.md, "Thresholds".
+    /// How near, ± \[N; 0 to 20\]. Source: docs/findings.md, "Thresholds".
     pub near_threshold_n: f32,
     /// Time between two draws; where pulls change more often, what the robot does already says less of what it is to do \[s; 0.1 to
-    /// 1000\]. Source: docs/results.md, "Thresholds"; the paper: 5.
+    /// 1000\]. Source: docs/findings.md, "Thresholds"; the paper: 5.
     pub period_s: f32,
     /// Error of the observed force along each axis, uniform, ±; drawn at every supervisor step \[N; 0 to 100\]. Source: ours,
     /// 0.

@@ -24,7 +24,7 @@ pub struct CommandConfig {
     pub standing_share: f32,
     /// A command below this along all axes means to stand still, and commands to stand are drawn within it: a supervisor's
     /// zero is never exact, and a robot that follows it to the letter creeps \[m/s and rad/s; 0 to 10\]. Source:
-    /// docs/results.md, "A dead zone".
+    /// docs/findings.md, "A dead zone".
     pub standing_below: f32,
     /// Share of commands to turn on the spot \[1; 0 to 1\]. Source: ours, Table II of the paper asks for it and it is learned
     /// last.

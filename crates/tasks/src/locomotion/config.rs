@@ -47,11 +47,11 @@ pub struct LocomotionConfig {
     pub episode_s: f32,
     /// Scale of the sensors' errors \[1; 0 to 10\]. Source: Isaac Lab, whose errors are 1.
     pub observation_noise: f32,
-    /// What the height scan is multiplied with before the first layer \[1/m; 0.1 to 20\]. Source: docs/results.md, "Scale of the
+    /// What the height scan is multiplied with before the first layer \[1/m; 0.1 to 20\]. Source: docs/findings.md, "Scale of the
     /// height scan"; legged_gym: 5, Isaac Lab: 1.
     pub scan_scale: f32,
     /// Penalties and disturbances grow only while the mean of exp(−|e_xy|² / 0.25) over all robots is above this: a robot
-    /// that cannot walk yet is not made to stand still by them \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
+    /// that cannot walk yet is not made to stand still by them \[1; 0 to 1\]. Source: docs/findings.md, "Standing trap".
     pub ramp_tracking: f32,
     /// Proportional gain of the joint servos \[N m/rad; 1 to 1000\]. Source: legged_gym, 80; with 40, as in Isaac Lab, no
     /// policy found its first step.

@@ -16,7 +16,7 @@ pub struct DisturbanceConfig {
     /// Strength of all disturbances \[1; 0 to 1\]. Source: ours.
     pub strength: f32,
     /// Control steps over which the strength grows from 0; only those count during which robots walk as told (`ramp_tracking`
-    /// of the task) \[steps; 0 to 4294967295\]. Source: docs/results.md, "Disturbances before walking".
+    /// of the task) \[steps; 0 to 4294967295\]. Source: docs/findings.md, "Disturbances before walking".
     pub ramp_steps: u32,
     /// Force on the base along each axis, ± \[N; 0 to 1000\]. Source: the paper, 100.
     pub base_force_n: f32,
@@ -33,7 +33,7 @@ pub struct DisturbanceConfig {
     pub hand_share: f32,
     /// Share of the forces at the hand that are meant: while they last robots are told to do what Table II says of them, as a
     /// supervisor will tell them. Commands drawn by themselves hardly ever say to stop just when a strong pull back sets in
-    /// \[1; 0 to 1\]. Source: docs/results.md, "Pulls that are meant"; the paper: 0.
+    /// \[1; 0 to 1\]. Source: docs/findings.md, "Pulls that are meant"; the paper: 0.
     pub meant_share: f32,
     /// How long a force lasts, from and to \[s; 0.02 to 1000\]. Source: ours, from a tug to a pull as long as the paper's.
     pub duration_s: [f32; 2],

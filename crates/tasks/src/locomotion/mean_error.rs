@@ -1,7 +1,7 @@
 //! How far a robot is from the velocity it is told, over more than a stride.
 //!
 //! At one instant the gait's swing and the noise that explores are many times the steady error, and the fine tracking terms
-//! hardly see it: robots that turned on the spot on stairs did so about a point 0.25 m beside them (docs/results.md, "Spins on stairs").
+//! hardly see it: robots that turned on the spot on stairs did so about a point 0.25 m beside them (docs/findings.md, "Spins on stairs").
 
 use crate::simulation::update_stride_mean;
 

@@ -64,17 +64,17 @@ pub struct RewardConfig {
     /// side \[1/s; -100 to 0\]. Source: ours.
     pub lifted_foot: f32,
     /// Number of feet that the ground pushes sideways more than it carries them: feet pressed against a riser, where robots get
-    /// stuck and turn about them \[1/s; -100 to 0\]. Source: legged_gym, which has the term with a weight of 0; docs/results.md,
+    /// stuck and turn about them \[1/s; -100 to 0\]. Source: legged_gym, which has the term with a weight of 0; docs/findings.md,
     /// "Robots that get stuck".
     pub stumble: f32,
     /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
     /// ours.
     pub fall: f32,
     /// Strength of all terms but tracking, progress, the trot and the fall at the start of training: with all of it from the
-    /// start standing still pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/results.md, "Standing trap".
+    /// start standing still pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/findings.md, "Standing trap".
     pub penalty_start: f32,
     /// Control steps until that strength has grown to 1; only those count during which robots walk as told (`ramp_tracking`
-    /// of the task) \[steps; 0 to 4294967295\]. Source: docs/results.md, "Standing trap".
+    /// of the task) \[steps; 0 to 4294967295\]. Source: docs/findings.md, "Standing trap".
     pub penalty_ramp_steps: u32,
     /// Whether a sum below zero counts as zero: penalties then cannot make an early fall pay, but where they rule nothing can
     /// be learned. Source: legged_gym, true.
