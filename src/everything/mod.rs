@@ -1,6 +1,9 @@
 //! Every number and picture of docs/results.md about the shipped policies, in parts that are kept once they are made.
 
 mod ablations;
+mod baselines;
+mod pair;
+mod swaps;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

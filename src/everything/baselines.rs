@@ -1,0 +1,83 @@
+//! What was learned beside rules that learn nothing, where the force is not known exactly.
+
+use anyhow::Result;
+
+use super::Maker;
+use super::ablations::SEEDS;
+use super::pair::{Pair, table};
+use crate::interrupt::Interrupt;
+use crate::policies::SHIPPED;
+
+/// Error of the force that supervisors see where they are compared with rules \[N\]: with a perfect sensor on level ground there would be
+/// nothing to learn.
+const SENSOR_ERROR_N: f32 = 2.0;
+/// Those that learn nothing.
+const RULES: [&str; 3] = ["oracle", "rules", "dominance"];
+/// Ablations that are compared with them.
+const LEARNED: [&str; 2] = ["paper-task", "ours"];
+
+impl Maker {
+    /// Rules and learned supervisors with an imprecise force sensor, on the pulls of the paper and on thresholds; false if the user
+    /// interrupts.
+    pub(super) fn baselines(&self, interrupt: &Interrupt) -> Result<bool> {
+        let mut supervisors: Vec<(String, Vec<String>)> =
+            RULES.map(|name| (name.to_owned(), vec![name.to_owned()])).to_vec();
+        for name in LEARNED {
+            let mut seeds = Vec::new();
+            for seed in 1..=SEEDS {
+                let Some(policy) = self.ablation(name, seed, interrupt)? else { return Ok(false) };
+                seeds.push(policy);
+            }
+            supervisors.push((format!("{name}, 200 iterations"), seeds));
+        }
+        supervisors.push((SHIPPED.to_owned(), vec![SHIPPED.to_owned()]));
+        let mut text = String::new();
+        let mut oracle = None;
+        for suite in ["paper17", "edges"] {
+            let mut rows = Vec::new();
+            for (name, seeds) in &supervisors {
+                let mut found = Vec::new();
+                for (seed, supervisor) in (1..).zip(seeds) {
+                    if interrupt.requested() {
+                        return Ok(false);
+                    }
+                    let pair = Pair {
+                        name: format!("baseline-{suite}-{}-{seed}", name.split(',').next().unwrap_or(name)),
+                        supervisor: supervisor.clone(),
+                        suite,
+                        force_noise_n: SENSOR_ERROR_N,
+                        ..Pair::default()
+                    };
+                    let results = self.pair(&pair, oracle)?;
+                    oracle = Some(results.oracle_reward);
+                    found.push(results);
+                }
+                rows.push((name.clone(), found));
+            }
+            text += &format!(
+                "{suite} on level ground, {} episodes a case, randomized robots, force seen with ±{SENSOR_ERROR_N} N; learned: {SEEDS} seeds, median (lowest to \
+                 highest)\n{}\n",
+                self.pair_episodes(),
+                table(&rows)
+            );
+        }
+        self.write("baselines", "txt", text.as_bytes())?;
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::everything::ablations::ABLATIONS;
+
+    #[test]
+    fn what_is_compared_exists() {
+        for name in LEARNED {
+            assert!(ABLATIONS.iter().any(|(other, _)| *other == name), "{name}");
+        }
+        for name in RULES {
+            assert!(crate::policies::supervisor(name).is_ok(), "{name}");
+        }
+    }
+}
