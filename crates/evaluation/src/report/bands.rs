@@ -9,7 +9,9 @@ use crate::statistics::moving_average;
 
 const WIDTH: f64 = 760.0;
 const ACROSS: [f64; 2] = [48.0, 690.0];
-const DOWN: [f64; 2] = [300.0, 46.0];
+/// Height of the axes, and of the title above the legend \[px\].
+const HEIGHT: f64 = 254.0;
+const TITLE: f64 = 24.0;
 /// Iterations a curve is averaged over before seeds are compared.
 const WINDOW: usize = 20;
 const MOST_POINTS: usize = 700;
@@ -55,19 +57,20 @@ pub fn bands_svg(title: &str, groups: &[Seeds], reference: Option<(&str, f64)>) 
     let last = all().map(|(iteration, _)| *iteration).fold(1.0, f64::max);
     let top = all().map(|(_, values)| values[2]).chain(reference.map(|r| r.1)).fold(0.1, f64::max);
     let bottom = all().map(|(_, values)| values[0]).fold(0.0, f64::min);
-    let axes = Axes { x: Scale::new([0.0, last], ACROSS), y: Scale::new([bottom, 1.05 * top], DOWN) };
-    let class = |index: usize| CLASSES[index % CLASSES.len()];
+    let class = |index: usize| format!("{} dash-{}", CLASSES[index % CLASSES.len()], index / CLASSES.len());
     let entries = bands.iter().enumerate().map(|(index, (seeds, _))| {
         let sign = line(&format!("trace {}", class(index)), [-11.0, 0.0], [11.0, 0.0]);
         Entry::new(sign, format!("{} ({})", seeds.name, counted(seeds.curves.len(), "seed")))
     });
-    let (legend, _) = legend(entries.collect(), [ACROSS[0], WIDTH], 22.0, 1.0);
+    let (legend, legend_height) = legend(entries.collect(), [ACROSS[0], WIDTH], TITLE - 2.0, 1.0);
+    let down = [TITLE + legend_height + HEIGHT, TITLE + legend_height];
+    let axes = Axes { x: Scale::new([0.0, last], ACROSS), y: Scale::new([bottom, 1.05 * top], down) };
     let ends = bands
         .iter()
         .filter_map(|(seeds, band)| Some(format!("{} {}", seeds.name, fixed(band.last()?.1[1], 2))));
     let name = format!("{title}; at the end: {}", ends.collect::<Vec<_>>().join(", "));
-    let drawn = bands.iter().enumerate().flat_map(|(index, (_, band))| draw(band, class(index), &axes));
-    figure_file(WIDTH, DOWN[0] + 44.0, &name)
+    let drawn = bands.iter().enumerate().flat_map(|(index, (_, band))| draw(band, &class(index), &axes));
+    figure_file(WIDTH, down[0] + 44.0, &name)
         .child(label(ACROSS[0], 16.0, "strong", title))
         .child(legend)
         .children([axes.draw_y(5), axes.draw_x(8)])
@@ -76,7 +79,7 @@ pub fn bands_svg(title: &str, groups: &[Seeds], reference: Option<(&str, f64)>) 
             let y = axes.y.at(value);
             [line("reference", [ACROSS[0], y], [ACROSS[1], y]), label(ACROSS[1] + 6.0, y + 4.0, "soft", name)]
         }))
-        .child(label(ACROSS[1], DOWN[0] + 36.0, "soft end", "iteration"))
+        .child(label(ACROSS[1], down[0] + 36.0, "soft end", "iteration"))
         .to_string()
 }
 
@@ -113,5 +116,13 @@ mod tests {
         assert!((low - 0.2).abs() < 1e-9 && (mean - 0.5).abs() < 1e-9 && (high - 0.9).abs() < 1e-9);
         let figure = bands_svg("reward", &[seeds, Seeds::default()], Some(("the paper", 0.61)));
         assert!(figure.contains("at the end: three 0.50") && figure.contains("three (3 seeds)"));
+    }
+
+    #[test]
+    fn groups_of_one_color_differ_in_their_dashes() {
+        let group = |name: &str| Seeds { name: name.into(), curves: vec![constant(0.5, 30)] };
+        let figure = bands_svg("reward", &["a", "b", "c", "d"].map(group), None);
+        let first = |class: &str| figure.contains(&format!("trace {} {class}", CLASSES[0]));
+        assert!(first("dash-0") && first("dash-1") && !first("dash-2"));
     }
 }
