@@ -61,7 +61,7 @@ fn headed(arena: &Arena, names: &Names) -> Results {
         ground: setting.ground.name().into(),
         level: setting.level,
         randomize: setting.randomize,
-        force_noise_n: f64::from(setting.force_noise_n),
+        force_noise_n: setting.force_noise_n,
         episodes: setting.episodes,
         seed: setting.seed,
         locomotion: names.locomotion.clone(),

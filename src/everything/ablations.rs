@@ -15,7 +15,7 @@ use crate::training::Outcome;
 /// Trainings of every ablation.
 pub(super) const SEEDS: u64 = 3;
 /// How long supervisors train here: a third of the usual time, for there are many of them.
-const SHORT_TRAINING: [&str; 2] = ["training.iterations=200", "ppo.anneal_iterations=200"];
+pub(super) const ITERATIONS: u64 = 200;
 
 /// The paper's pulls.
 const PAPER_FORCES: &[&str] = &[
@@ -44,11 +44,10 @@ impl Maker {
         let mut rows = Vec::new();
         let mut oracle = None;
         for (name, _) in ABLATIONS {
+            let Some(policies) = self.ablation(name, interrupt)? else { return Ok(false) };
             let mut found = Vec::new();
-            for seed in 1..=SEEDS {
-                let Some(policy) = self.ablation(name, seed, interrupt)? else { return Ok(false) };
-                let pair =
-                    Pair { name: format!("ablation-{name}-{seed}"), supervisor: policy, ..Pair::default() };
+            for (seed, supervisor) in (1..).zip(policies) {
+                let pair = Pair { name: format!("ablation-{name}-{seed}"), supervisor, ..Pair::default() };
                 let results = self.pair(&pair, oracle)?;
                 oracle = Some(results.oracle_reward);
                 found.push(results);
@@ -56,7 +55,7 @@ impl Maker {
             rows.push((name.to_owned(), found));
         }
         let head = format!(
-            "supervisors trained for 200 iterations with one thing changed, {SEEDS} seeds each, median (lowest to highest); paper17 on level ground, {} episodes a \
+            "supervisors trained for {ITERATIONS} iterations with one thing changed, {SEEDS} seeds each, median (lowest to highest); paper17 on level ground, {} episodes a \
              case, randomized robots\n",
             self.pair_episodes()
         );
@@ -64,12 +63,20 @@ impl Maker {
         Ok(true)
     }
 
-    /// The supervisor of an ablation, trained or found; `None` if the user interrupts.
-    pub(super) fn ablation(&self, name: &str, seed: u64, interrupt: &Interrupt) -> Result<Option<String>> {
+    /// The supervisors of an ablation, one a seed, trained or found; `None` if the user interrupts.
+    pub(super) fn ablation(&self, name: &str, interrupt: &Interrupt) -> Result<Option<Vec<String>>> {
         let of_name = ABLATIONS.iter().find(|(other, _)| *other == name);
         let (_, settings) = of_name.with_context(|| format!("no ablation is called {name}"))?;
-        let settings = [owned(&settings.concat()), vec![format!("training.seed={seed}")]].concat();
-        self.supervisor(&format!("ablation-{name}-{seed}"), &settings, interrupt)
+        let mut policies = Vec::new();
+        for seed in 1..=SEEDS {
+            let settings = [owned(&settings.concat()), vec![format!("training.seed={seed}")]].concat();
+            let Some(policy) = self.supervisor(&format!("ablation-{name}-{seed}"), &settings, interrupt)?
+            else {
+                return Ok(None);
+            };
+            policies.push(policy);
+        }
+        Ok(Some(policies))
     }
 
     /// Trains a supervisor in a run folder here, or finds it trained; `None` if the user interrupts.
@@ -79,7 +86,8 @@ impl Maker {
         settings: &[String],
         interrupt: &Interrupt,
     ) -> Result<Option<String>> {
-        let settings = [owned(&SHORT_TRAINING).as_slice(), settings].concat();
+        let short = ["training.iterations", "ppo.anneal_iterations"].map(|key| format!("{key}={ITERATIONS}"));
+        let settings = [&short, settings].concat();
         let config: SupervisorRun = resolve_text("defaults", "", &settings)?;
         config.validate()?;
         eprintln!("{name}");

@@ -3,14 +3,14 @@
 use anyhow::Result;
 
 use super::Maker;
-use super::ablations::SEEDS;
+use super::ablations::{ITERATIONS, SEEDS};
 use super::pair::{Pair, table};
 use crate::interrupt::Interrupt;
 use crate::policies::SHIPPED;
 
 /// Error of the force that supervisors see where they are compared with rules \[N\]: with a perfect sensor on level ground there would be
 /// nothing to learn.
-const SENSOR_ERROR_N: f32 = 2.0;
+const SENSOR_ERROR_N: f64 = 2.0;
 /// Those that learn nothing.
 const RULES: [&str; 3] = ["oracle", "rules", "dominance"];
 /// Ablations that are compared with them.
@@ -20,29 +20,25 @@ impl Maker {
     /// Rules and learned supervisors with an imprecise force sensor, on the pulls of the paper and on thresholds; false if the user
     /// interrupts.
     pub(super) fn baselines(&self, interrupt: &Interrupt) -> Result<bool> {
-        let mut supervisors: Vec<(String, Vec<String>)> =
-            RULES.map(|name| (name.to_owned(), vec![name.to_owned()])).to_vec();
+        let one = |name: &str| (name.to_owned(), name.to_owned(), vec![name.to_owned()]);
+        let mut supervisors = RULES.map(one).to_vec();
         for name in LEARNED {
-            let mut seeds = Vec::new();
-            for seed in 1..=SEEDS {
-                let Some(policy) = self.ablation(name, seed, interrupt)? else { return Ok(false) };
-                seeds.push(policy);
-            }
-            supervisors.push((format!("{name}, 200 iterations"), seeds));
+            let Some(seeds) = self.ablation(name, interrupt)? else { return Ok(false) };
+            supervisors.push((name.to_owned(), format!("{name}, {ITERATIONS} iterations"), seeds));
         }
-        supervisors.push((SHIPPED.to_owned(), vec![SHIPPED.to_owned()]));
+        supervisors.push(one(SHIPPED));
         let mut text = String::new();
         let mut oracle = None;
         for suite in ["paper17", "edges"] {
             let mut rows = Vec::new();
-            for (name, seeds) in &supervisors {
+            for (name, label, seeds) in &supervisors {
                 let mut found = Vec::new();
                 for (seed, supervisor) in (1..).zip(seeds) {
                     if interrupt.requested() {
                         return Ok(false);
                     }
                     let pair = Pair {
-                        name: format!("baseline-{suite}-{}-{seed}", name.split(',').next().unwrap_or(name)),
+                        name: format!("baseline-{suite}-{name}-{seed}"),
                         supervisor: supervisor.clone(),
                         suite,
                         force_noise_n: SENSOR_ERROR_N,
@@ -52,7 +48,7 @@ impl Maker {
                     oracle = Some(results.oracle_reward);
                     found.push(results);
                 }
-                rows.push((name.clone(), found));
+                rows.push((label.clone(), found));
             }
             text += &format!(
                 "{suite} on level ground, {} episodes a case, randomized robots, force seen with ±{SENSOR_ERROR_N} N; learned: {SEEDS} seeds, median (lowest to \

@@ -222,7 +222,7 @@ impl Maker {
         }
         let cases = suite("paper17").context("the suite paper17")?;
         let (cases, traces) = arena.judge(&supervisor, &cases, &|_| {}).map_err(anyhow::Error::msg)?;
-        let paths = paths_svg(&Results { cases, ..Results::default() }, &traces).unwrap_or_default();
+        let paths = paths_svg(&cases, &traces).context("no path can be drawn")?;
         self.write("paths", "svg", paths.as_bytes())?;
         for (name, case) in SERIES {
             let cases = suite("dynamic").unwrap_or_default();

@@ -21,7 +21,7 @@ pub(super) struct Pair {
     pub(super) supervisor: String,
     pub(super) suite: &'static str,
     /// Error of the force that the supervisor sees, ± \[N\].
-    pub(super) force_noise_n: f32,
+    pub(super) force_noise_n: f64,
 }
 
 impl Default for Pair {

@@ -55,10 +55,10 @@ pub(crate) struct Arguments {
     randomize: bool,
     /// Error of the force that the supervisor sees, uniform, ± \[N\]; the oracle sees the force itself
     #[arg(long, value_name = "NEWTONS", default_value_t = 0.0, value_parser = newtons, conflicts_with_all = ["plan", "recorded"])]
-    force_noise: f32,
+    force_noise: f64,
 }
 
-fn newtons(text: &str) -> Result<f32, String> {
+fn newtons(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|value| (0.0..=100.0).contains(value));
     value.ok_or_else(|| "must be from 0 to 100 newtons".into())
 }

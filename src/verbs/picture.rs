@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::{Args, Subcommand};
 use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::evaluation::film::film;
 use guidedog::evaluation::judge::Arena;
 use guidedog::evaluation::report::{Curve, Seeds, bands_svg, paths_svg, series_svg};
-use guidedog::evaluation::results::{BehaviorReward, Results};
+use guidedog::evaluation::results::BehaviorReward;
 use guidedog::evaluation::suite::{Case, SUITES, suite};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
@@ -154,8 +154,7 @@ fn draw_paths(arguments: &Paths) -> Result<()> {
     let supervisor = policies::supervisor(&situation.supervisor)?;
     let arena = situation.arena(1)?;
     let (cases, traces) = arena.judge(&supervisor, &cases(suite)?, &|_| {}).map_err(anyhow::Error::msg)?;
-    let results = Results { cases, ..Results::default() };
-    write(out, paths_svg(&results, &traces).unwrap_or_default().as_bytes())
+    write(out, paths_svg(&cases, &traces).context("no path can be drawn")?.as_bytes())
 }
 
 fn draw_curves(arguments: &Curves) -> Result<()> {

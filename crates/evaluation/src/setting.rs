@@ -39,7 +39,7 @@ pub struct Setting {
     pub randomize: bool,
     /// Error of the force that supervisors see, along each axis, uniform, ±; drawn at every decision \[N\]. The oracle sees the
     /// force itself.
-    pub force_noise_n: f32,
+    pub force_noise_n: f64,
     /// Episodes of every case.
     pub episodes: usize,
     /// Seed of all draws: the same for every supervisor, so that comparisons are paired.

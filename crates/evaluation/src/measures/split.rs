@@ -36,7 +36,7 @@ pub struct Split {
     pub successes: usize,
 }
 
-/// Counts episodes by what they met, kinds of ground first, in an order of its own; nothing where all met the same.
+/// Counts episodes by what they met, kinds of ground first; what no episode met is left out.
 pub fn splits(episodes: impl Iterator<Item = (Met, bool)> + Clone) -> Vec<Split> {
     let grounds = SubTerrain::ALL.map(SubTerrain::name);
     let frictions = FRICTION.map(|(_, name)| name);

@@ -6,7 +6,7 @@ use super::markup::Element;
 use super::number::is_drawable;
 use super::page::figure;
 use super::{PathTrace, ReportData};
-use crate::results::{Behavior, Results};
+use crate::results::{Behavior, CaseResult};
 
 const PANEL_WIDTH: f64 = 230.0;
 const ACROSS: [f64; 2] = [36.0, 214.0];
@@ -21,15 +21,15 @@ const HEADING: f64 = 9.0;
 const MOST_HEADINGS: usize = 40;
 
 /// The paths of some cases as an SVG file that stands alone; `None` without a path to draw.
-pub fn paths_svg(judged: &Results, traces: &[PathTrace]) -> Option<String> {
-    let (parts, size, name) = draw(judged, traces)?;
+pub fn paths_svg(cases: &[CaseResult], traces: &[PathTrace]) -> Option<String> {
+    let (parts, size, name) = draw(cases, traces)?;
     let (placed, [width, height]) = place(parts, size);
     Some(figure_file(width, height, &name).children(placed).to_string())
 }
 
 /// The figure; `None` without a path to draw.
 pub(super) fn from_above(data: &ReportData) -> Option<Element> {
-    let (parts, size, name) = draw(&data.judged, &data.traces)?;
+    let (parts, size, name) = draw(&data.judged.cases, &data.traces)?;
     let caption = "Paths from above, from the moment the force sets in (open circle), in meters; up is ahead. Dots a \
                    second apart carry a stroke that points where the robot heads. Colors as in the figure of success; \
                    every panel has its own scale.";
@@ -37,7 +37,7 @@ pub(super) fn from_above(data: &ReportData) -> Option<Element> {
 }
 
 /// The panels, the size of each, and what they show together.
-fn draw(judged: &Results, traces: &[PathTrace]) -> Option<(Vec<Element>, [f64; 2], String)> {
+fn draw(cases: &[CaseResult], traces: &[PathTrace]) -> Option<(Vec<Element>, [f64; 2], String)> {
     let groups: Vec<(Behavior, Vec<&PathTrace>)> = Behavior::ALL
         .into_iter()
         .map(|behavior| (behavior, drawable_of(traces, behavior)))
@@ -47,7 +47,7 @@ fn draw(judged: &Results, traces: &[PathTrace]) -> Option<(Vec<Element>, [f64; 2
         return None;
     }
     let drawn: Vec<(Element, f64)> =
-        groups.iter().map(|(behavior, traces)| panel(*behavior, traces, judged)).collect();
+        groups.iter().map(|(behavior, traces)| panel(*behavior, traces, cases)).collect();
     let height = drawn.iter().map(|(_, height)| *height).fold(0.0, f64::max);
     let shown: Vec<&str> = groups.iter().map(|(behavior, _)| behavior.name()).collect();
     let name = format!("Paths of the robot seen from above: {}", shown.join(", "));
@@ -65,9 +65,9 @@ fn on_ground(point: &[f64; 3]) -> Option<[f64; 2]> {
 }
 
 /// One behavior's paths and their legend; gives the height, too.
-fn panel(behavior: Behavior, traces: &[&PathTrace], judged: &Results) -> (Element, f64) {
+fn panel(behavior: Behavior, traces: &[&PathTrace], cases: &[CaseResult]) -> (Element, f64) {
     let axes = square_axes(traces);
-    let styles = styles(traces, judged);
+    let styles = styles(traces, cases);
     let class = |trace: &PathTrace| {
         styles.iter().find(|(case, _)| *case == trace.case).map_or("", |(_, class)| class.as_str())
     };
@@ -102,14 +102,15 @@ fn square_axes(traces: &[&PathTrace]) -> Axes {
 }
 
 /// For each case its color, that of its group, and dashes that tell it from others of the same color.
-fn styles<'a>(traces: &[&'a PathTrace], judged: &Results) -> Vec<(&'a str, String)> {
+fn styles<'a>(traces: &[&'a PathTrace], cases: &[CaseResult]) -> Vec<(&'a str, String)> {
     let mut styles: Vec<(&str, String)> = Vec::new();
     let mut used: Vec<&str> = Vec::new();
     for trace in traces {
         if styles.iter().any(|(case, _)| *case == trace.case) {
             continue;
         }
-        let color = judged.case(&trace.case).map_or("unknown", |case| case.group.name());
+        let color =
+            cases.iter().find(|case| case.name == trace.case).map_or("unknown", |case| case.group.name());
         let before = used.iter().filter(|other| **other == color).count();
         used.push(color);
         styles.push((&trace.case, format!("{color} dash-{}", before % 4)));

@@ -93,11 +93,10 @@ impl ContactMemory {
         for (foot, &sphere) in groups.feet.iter().take(4).enumerate() {
             let Vec3 { x, y, z } = force[sphere];
             let norm = force[sphere].norm();
-            let sideways = (x * x + y * y).sqrt();
+            let least = (z * f32x16::splat(STUMBLE_RATIO)).max(f32x16::splat(CONTACT_THRESHOLD_N));
+            let pressed = x * x + y * y - least * least;
             for lane in 0..GROUP {
-                let sideways = sideways.as_array()[lane];
-                self.stumbles[foot][lane] |=
-                    sideways > CONTACT_THRESHOLD_N && sideways > STUMBLE_RATIO * z.as_array()[lane];
+                self.stumbles[foot][lane] |= pressed.as_array()[lane] > 0.0;
                 let carries = norm.as_array()[lane] > CONTACT_THRESHOLD_N;
                 let air_time = &mut self.air_time[foot][lane];
                 if carries {
