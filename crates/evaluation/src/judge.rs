@@ -193,6 +193,11 @@ impl Arena {
         &cases[(robot / self.setting.episodes).min(cases.len() - 1)]
     }
 
+    /// Robots of this arena under a supervisor.
+    fn guided<'a>(&'a self, supervisor: &'a Supervisor, squad: Squad) -> Guided<'a> {
+        Guided::new(&self.course, supervisor, squad, self.setting.force_noise_n as f32)
+    }
+
     /// Two seconds without force, then the pull. Recordings of the robots that count.
     fn episode(&self, supervisor: &Supervisor, squad: Squad, cases: &[Case]) -> Vec<Recording> {
         let first = squad.first_robot;
@@ -200,7 +205,7 @@ impl Arena {
         let played: Vec<&Case> = (0..robots).map(|robot| self.case(cases, first + robot)).collect();
         let noises: Vec<Noise> =
             (0..robots).map(|robot| Noise::new(self.setting.seed, first + robot)).collect();
-        let mut guided = Guided::new(&self.course, supervisor, squad, self.setting.force_noise_n as f32);
+        let mut guided = self.guided(supervisor, squad);
         let lengths: Vec<usize> = played.iter().map(|case| episode_steps(case)).collect();
         let mut recordings: Vec<Recording> = lengths
             .iter()
@@ -242,7 +247,7 @@ impl Arena {
     pub fn poses(&self, supervisor: &Supervisor, case: &Case) -> Result<Vec<Pose>, String> {
         let squad = self.squads(1)?.swap_remove(0);
         let noise = Noise::new(self.setting.seed, 0);
-        let mut guided = Guided::new(&self.course, supervisor, squad, self.setting.force_noise_n as f32);
+        let mut guided = self.guided(supervisor, squad);
         let mut poses = Vec::new();
         for step in 0..episode_steps(case) {
             guided.pull(0, scripted(case, step, &noise));
@@ -313,7 +318,7 @@ impl Arena {
 
     fn reward_episode(&self, supervisor: &Supervisor, squad: Squad, pulls: &PullConfig) -> [f64; 4] {
         let robots = squad.robots();
-        let mut guided = Guided::new(&self.course, supervisor, squad, self.setting.force_noise_n as f32);
+        let mut guided = self.guided(supervisor, squad);
         let mut forces = vec![[0.0; 3]; robots];
         let mut sums = [0.0; 4];
         for step in 0..steps(REWARD_EPISODE_S) {

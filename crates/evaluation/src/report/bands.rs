@@ -2,7 +2,7 @@
 
 use super::Curve;
 use super::chart::{Axes, Scale, figure_file, label, line, thinned};
-use super::legend::{Entry, legend};
+use super::legend::{Entry, curve_style, legend};
 use super::markup::Element;
 use super::number::{counted, fixed, is_drawable};
 use crate::statistics::moving_average;
@@ -15,8 +15,6 @@ const TITLE: f64 = 24.0;
 /// Iterations a curve is averaged over before seeds are compared.
 const WINDOW: usize = 20;
 const MOST_POINTS: usize = 700;
-/// Colors of the groups, as in the other figures.
-const CLASSES: [&str; 3] = ["trained", "outside", "edge"];
 
 /// Trainings that differ in nothing but their seed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,7 +55,10 @@ pub fn bands_svg(title: &str, groups: &[Seeds], reference: Option<(&str, f64)>) 
     let last = all().map(|(iteration, _)| *iteration).fold(1.0, f64::max);
     let top = all().map(|(_, values)| values[2]).chain(reference.map(|r| r.1)).fold(0.1, f64::max);
     let bottom = all().map(|(_, values)| values[0]).fold(0.0, f64::min);
-    let class = |index: usize| format!("{} dash-{}", CLASSES[index % CLASSES.len()], index / CLASSES.len());
+    let class = |index: usize| {
+        let (color, dash) = curve_style(index);
+        format!("{color} dash-{dash}")
+    };
     let entries = bands.iter().enumerate().map(|(index, (seeds, _))| {
         let sign = line(&format!("trace {}", class(index)), [-11.0, 0.0], [11.0, 0.0]);
         Entry::new(sign, format!("{} ({})", seeds.name, counted(seeds.curves.len(), "seed")))
@@ -122,7 +123,7 @@ mod tests {
     fn groups_of_one_color_differ_in_their_dashes() {
         let group = |name: &str| Seeds { name: name.into(), curves: vec![constant(0.5, 30)] };
         let figure = bands_svg("reward", &["a", "b", "c", "d"].map(group), None);
-        let first = |class: &str| figure.contains(&format!("trace {} {class}", CLASSES[0]));
+        let first = |class: &str| figure.contains(&format!("trace {} {class}", curve_style(0).0));
         assert!(first("dash-0") && first("dash-1") && !first("dash-2"));
     }
 }

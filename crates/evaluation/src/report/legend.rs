@@ -11,6 +11,16 @@ const SIGN: f64 = 22.0;
 /// Mean width of a character of figure text \[px\]; a guess on the safe side, for nothing here can measure text.
 const CHARACTER: f64 = 6.2;
 
+/// Colors of curves and bands, as classes of the style sheet.
+const COLORS: [&str; 3] = ["trained", "outside", "edge"];
+/// Highest number of dashes that the style sheet has, `dash-3`; 0 is a line without.
+const MOST_DASHES: usize = 3;
+
+/// Color and dashes of the curve or band of this number: colors change first.
+pub(super) fn curve_style(index: usize) -> (&'static str, usize) {
+    (COLORS[index % COLORS.len()], (index / COLORS.len()).min(MOST_DASHES))
+}
+
 /// One sign and what it means.
 pub(super) struct Entry {
     sign: Element,

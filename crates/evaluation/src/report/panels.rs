@@ -1,7 +1,7 @@
 //! Many small line charts side by side: the numbers of a training, or trainings beside each other.
 
 use super::chart::{Axes, Scale, extent, figure_file, label, line, place, thinned};
-use super::legend::{Entry, legend};
+use super::legend::{Entry, curve_style, legend};
 use super::markup::Element;
 use super::number::is_drawable;
 
@@ -10,8 +10,6 @@ const MOST_POINTS: usize = 600;
 const MARGINS: [f64; 2] = [76.0, 14.0];
 /// Above and below a panel's axes \[px\].
 const BORDERS: [f64; 2] = [30.0, 26.0];
-/// Colors of the groups, as in the other figures; those who come after get another dash.
-const CLASSES: [&str; 3] = ["trained", "outside", "edge"];
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,13 +27,10 @@ impl Stroke {
         match self {
             Self::Raw => "raw".into(),
             Self::Smooth => "smooth".into(),
-            Self::Group(index) => {
-                let dash = match index / CLASSES.len() {
-                    0 => String::new(),
-                    more => format!(" dash-{}", more.min(3)),
-                };
-                format!("trace {}{dash}", CLASSES[index % CLASSES.len()])
-            }
+            Self::Group(index) => match curve_style(index) {
+                (color, 0) => format!("trace {color}"),
+                (color, dash) => format!("trace {color} dash-{dash}"),
+            },
         }
     }
 }
