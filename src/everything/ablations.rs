@@ -29,7 +29,10 @@ const PAPER_FORCES: &[&str] = &[
 /// settings.
 pub(super) const ABLATIONS: [(&str, &[&[&str]]); 8] = [
     ("ours", &[]),
-    ("paper-task", &[PAPER_FORCES, &["task.threshold_margin_n=0", "task.heading_drift=0", "task.fall=0"]]),
+    (
+        "paper-task",
+        &[PAPER_FORCES, &["task.threshold_margin_n=[0,0]", "task.heading_drift=0", "task.fall=0"]],
+    ),
     ("paper-forces", &[PAPER_FORCES]),
     ("no-symmetry", &[&["ppo.symmetry=false"]]),
     ("no-drift-term", &[&["task.heading_drift=0"]]),

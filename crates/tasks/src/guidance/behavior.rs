@@ -32,13 +32,13 @@ impl Behavior {
 
     /// Table II's label of a force \[N\], heading frame. At a threshold the gentler reading holds: (−40, ±20) is walk.
     pub fn of_force(force: [f32; 3]) -> Self {
-        Self::of_force_with_margin(force, 0.0)
+        Self::of_force_with_margin(force, [0.0; 2])
     }
 
-    /// The same with thresholds that are higher by `margin` \[N\].
-    pub fn of_force_with_margin(force: [f32; 3], margin: f32) -> Self {
-        let back = force[0] < -PULL_THRESHOLD_X_N - margin;
-        let sideways = force[1].abs() > PULL_THRESHOLD_Y_N + margin;
+    /// The same with thresholds along x and y that are higher by `margin` \[N\].
+    pub fn of_force_with_margin(force: [f32; 3], margin: [f32; 2]) -> Self {
+        let back = force[0] < -PULL_THRESHOLD_X_N - margin[0];
+        let sideways = force[1].abs() > PULL_THRESHOLD_Y_N + margin[1];
         match (back, sideways) {
             (false, false) => Self::Walk,
             (true, false) => Self::Stop,
@@ -116,6 +116,16 @@ mod tests {
             for side in [1.0, -1.0] {
                 assert_eq!(Behavior::of_force([fx, side * fy, 7.0]), expected, "{fx}/{}", side * fy);
             }
+        }
+    }
+
+    #[test]
+    fn each_margin_moves_its_own_threshold() {
+        use Behavior::{Spin, Stop, Turn, Walk};
+        for (fx, fy, expected) in
+            [(-41.0, 20.5, Walk), (-41.1, 20.5, Stop), (-41.0, 20.6, Turn), (-41.1, -20.6, Spin)]
+        {
+            assert_eq!(Behavior::of_force_with_margin([fx, fy, 0.0], [1.0, 0.5]), expected, "{fx}/{fy}");
         }
     }
 

@@ -36,9 +36,9 @@ pub struct GuidanceConfig {
     pub force_unit_n: f32,
     /// The handler's pulls.
     pub pull: PullConfig,
-    /// How far beyond a threshold of Table II a pull must be to mean more: one that is on it is gentle then with something to
-    /// spare \[N; 0 to 10\]. Source: docs/findings.md, "Thresholds"; the paper: 0.
-    pub threshold_margin_n: f32,
+    /// How far beyond a threshold of Table II a pull must be to mean more, along x and along y: one that is on it is gentle then
+    /// with something to spare \[N; 0 to 10\]. Source: docs/findings.md, "Thresholds"; the paper: 0.
+    pub threshold_margin_n: [f32; 2],
     /// Weight of the squared change of the command \[s/m² and s/rad²; -10 to 0\]. Source: the paper, −1e-4.
     pub command_rate: f32,
     /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
@@ -63,7 +63,7 @@ impl Default for GuidanceConfig {
             observation_noise: 1.0,
             force_unit_n: 1.0,
             pull: PullConfig::default(),
-            threshold_margin_n: 1.1,
+            threshold_margin_n: [1.1, 1.1],
             command_rate: -1e-4,
             heading_drift: -2.0,
             fall: -3.0,
@@ -91,7 +91,9 @@ impl GuidanceConfig {
         }
         within("observation_noise", self.observation_noise, 0.0, 10.0)?;
         within("force_unit_n", self.force_unit_n, 0.1, 1000.0)?;
-        within("threshold_margin_n", self.threshold_margin_n, 0.0, 10.0)?;
+        for margin in self.threshold_margin_n {
+            within("threshold_margin_n", margin, 0.0, 10.0)?;
+        }
         within("command_rate", self.command_rate, -10.0, 0.0)?;
         within("heading_drift", self.heading_drift, -100.0, 0.0)?;
         within("fall", self.fall, -100.0, 0.0)?;
@@ -114,6 +116,8 @@ mod tests {
         assert!(refusal(config).contains("supervisor_period_s is 0.05, must be a multiple of 0.02"));
         let config = GuidanceConfig { max_level: 10, ..GuidanceConfig::default() };
         assert!(refusal(config).contains("max_level is 10"));
+        let config = GuidanceConfig { threshold_margin_n: [1.0, -1.5], ..GuidanceConfig::default() };
+        assert!(refusal(config).contains("threshold_margin_n is -1.5"));
     }
 
     #[test]
