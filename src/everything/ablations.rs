@@ -36,7 +36,7 @@ pub(super) const ABLATIONS: [(&str, &[&[&str]]); 8] = [
     ("paper-forces", &[PAPER_FORCES]),
     ("no-symmetry", &[&["ppo.symmetry=false"]]),
     ("no-drift-term", &[&["task.heading_drift=0"]]),
-    ("force-noise", &[&["task.pull.noise_n=2"]]),
+    ("force-noise", &[&["task.pull.noise_n=[2,2,2]"]]),
     ("every-0.02-s", &[&["task.supervisor_period_s=0.02"]]),
     ("every-0.2-s", &[&["task.supervisor_period_s=0.2"]]),
 ];

@@ -6,8 +6,6 @@
 
 use rayon::prelude::*;
 
-use policy::Mirror;
-
 use crate::{
     config::Config,
     exchange::Exchange,
@@ -17,14 +15,13 @@ use crate::{
     partials::Partials,
     rollout::Rollout,
     slot::Slot,
+    symmetry::Symmetry,
 };
 
 /// Rows that go through the networks together.
 pub(crate) const TILE: usize = 256;
 /// Parameters a thread squares at a time.
 const CHUNK: usize = 16_384;
-/// Marks a row that is to be learned from in its mirror image.
-pub(crate) const MIRRORED: u32 = 1 << 31;
 
 /// Actor and critic, and where their parameters are: actor, critic, log standard deviations.
 #[derive(Clone, Debug)]
@@ -112,7 +109,8 @@ pub(crate) struct Objective<'a> {
     /// The policy's noise now, and when the rollout was made.
     pub(crate) noise: &'a Gaussian,
     pub(crate) old_noise: &'a Gaussian,
-    pub(crate) mirror: Option<&'a Mirror>,
+    /// Of the networks, if they are to stay symmetric.
+    pub(crate) symmetry: Option<&'a Symmetry>,
 }
 
 impl<P: Precision> Workspace<P> {
@@ -130,6 +128,9 @@ impl<P: Precision> Workspace<P> {
         let (_, _, log_std) = objective.networks.split_mut(gradient);
         for gradient in log_std {
             *gradient -= objective.config.entropy_coefficient;
+        }
+        if let Some(symmetry) = objective.symmetry {
+            symmetry.average(gradient);
         }
         let squares: Vec<f64> = gradient
             .par_chunks(CHUNK)
@@ -175,29 +176,23 @@ impl<P: Precision> Engine for Workspace<P> {
         exchange: &dyn Exchange,
         gradient: &mut [f32],
     ) -> MinibatchLoss {
-        let mut all = rows.to_vec();
-        if objective.mirror.is_some() {
-            // The rows come in random order: every other one is a random half, another in each epoch.
-            all.iter_mut().skip(1).step_by(2).for_each(|row| *row |= MIRRORED);
-        }
-        let originals = all.iter().filter(|&row| row & MIRRORED == 0).count() as f64;
-        let weight = 1.0 / all.len() as f32;
+        let weight = 1.0 / rows.len() as f32;
         let Self { actor, critic, slots, partials } = self;
         let (numbers, count) = (partials.own().collect::<Vec<_>>(), partials.count());
         slots.par_iter_mut().zip(numbers).for_each(|(slot, number)| {
             slot.gradient.fill(0.0);
             slot.sums = LossSums::default();
-            for tile in all.chunks(TILE).skip(number).step_by(count) {
+            for tile in rows.chunks(TILE).skip(number).step_by(count) {
                 slot.tile((actor, critic), objective, rollout, tile, weight);
             }
         });
         let sums = self.add_sums(exchange);
         let gradient_norm = self.add_slots(objective, exchange, gradient);
-        let count = all.len() as f64;
+        let count = rows.len() as f64;
         MinibatchLoss {
             surrogate: sums.surrogate / count,
             value: sums.value / count,
-            kl: sums.kl / originals,
+            kl: sums.kl / count,
             clipped: sums.clipped / count,
             roughness: sums.roughness / count,
             gradient_norm,
@@ -241,6 +236,7 @@ impl<P: Precision> Engine for Workspace<P> {
 
 #[cfg(test)]
 mod tests {
+    use policy::Mirror;
     use spatial::{Philox, Purpose};
 
     use super::*;
@@ -272,18 +268,11 @@ mod tests {
         (Config { smoothness: 0.3, ..Config::default() }, networks, parameters, rollout)
     }
 
-    fn mirror() -> Mirror {
-        Mirror {
-            observation: vec![(1, 1.0), (0, 1.0), (2, -1.0), (3, 1.0)],
-            action: vec![(1, -1.0), (0, -1.0)],
-        }
-    }
-
-    fn compute(mirror: Option<&Mirror>, parameters: &[f32]) -> (MinibatchLoss, Vec<f32>, f64) {
+    fn compute(symmetry: Option<&Symmetry>, parameters: &[f32]) -> (MinibatchLoss, Vec<f32>, f64) {
         let (config, networks, _, rollout) = problem();
         let (_, _, log_std) = networks.split(parameters);
         let (noise, old_noise) = (&Gaussian::new(log_std), &Gaussian::new(&[-0.1; 2]));
-        let objective = Objective { config: &config, networks: &networks, noise, old_noise, mirror };
+        let objective = Objective { config: &config, networks: &networks, noise, old_noise, symmetry };
         let mut workspace = Workspace::<Single>::new(&networks, Partials::new(1, &Alone));
         workspace.load(&networks, parameters);
         let mut gradient = vec![0.0; parameters.len()];
@@ -298,18 +287,32 @@ mod tests {
     #[test]
     fn the_gradient_is_the_difference_of_the_loss_for_every_parameter() {
         let (_, _, parameters, _) = problem();
-        for mirror in [None, Some(mirror())] {
-            let (_, gradient, _) = compute(mirror.as_ref(), &parameters);
-            for i in 0..parameters.len() {
-                let mut moved = parameters.clone();
-                moved[i] += 2e-3;
-                let above = compute(mirror.as_ref(), &moved).2;
-                moved[i] -= 4e-3;
-                let slope = (above - compute(mirror.as_ref(), &moved).2) / 4e-3;
-                let error = (f64::from(gradient[i]) - slope).abs();
-                assert!(error < 1e-3 + 0.02 * slope.abs(), "parameter {i}: {} and {slope}", gradient[i]);
-            }
+        let (_, gradient, _) = compute(None, &parameters);
+        for i in 0..parameters.len() {
+            let mut moved = parameters.clone();
+            moved[i] += 2e-3;
+            let above = compute(None, &moved).2;
+            moved[i] -= 4e-3;
+            let slope = (above - compute(None, &moved).2) / 4e-3;
+            let error = (f64::from(gradient[i]) - slope).abs();
+            assert!(error < 1e-3 + 0.02 * slope.abs(), "parameter {i}: {} and {slope}", gradient[i]);
         }
+    }
+
+    #[test]
+    fn the_gradient_of_symmetric_networks_is_averaged_and_so_is_its_length() {
+        let (_, networks, parameters, _) = problem();
+        let mirror = Mirror {
+            observation: vec![(1, 1.0), (0, 1.0), (2, -1.0), (3, 1.0)],
+            action: vec![(1, -1.0), (0, -1.0)],
+        };
+        let symmetry = Symmetry::new(&networks, &mirror);
+        let (_, mut expected, _) = compute(None, &parameters);
+        symmetry.average(&mut expected);
+        let (loss, gradient, _) = compute(Some(&symmetry), &parameters);
+        assert_eq!(gradient, expected);
+        let length = expected.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>().sqrt();
+        assert!((loss.gradient_norm - length).abs() < 1e-9 * length);
     }
 
     #[test]

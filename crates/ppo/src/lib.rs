@@ -21,6 +21,7 @@ mod pytorch;
 mod rollout;
 mod rounded;
 mod slot;
+mod symmetry;
 mod team;
 mod trainer;
 

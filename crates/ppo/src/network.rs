@@ -68,6 +68,30 @@ impl Architecture {
         (weights, &mut rest[..self.widths[1]])
     }
 
+    /// Appends, for every parameter, where in `images` its mirror image is, and with what sign, given the maps of mirrored inputs and
+    /// outputs; hidden units are the mirror images of one another, the first of the last and so on.
+    pub(crate) fn append_images(
+        &self,
+        input: &[(usize, f32)],
+        output: &[(usize, f32)],
+        images: &mut Vec<(usize, f32)>,
+    ) {
+        let last = self.widths.len() - 2;
+        let hidden = |layer: usize| (0..self.widths[layer]).rev().map(|unit| (unit, 1.0)).collect::<Vec<_>>();
+        for (layer, w) in self.widths.windows(2).enumerate() {
+            let from = if layer == 0 { input.to_vec() } else { hidden(layer) };
+            let to = if layer == last { output.to_vec() } else { hidden(layer + 1) };
+            let start = images.len();
+            for &(row, row_sign) in &to {
+                images.extend(
+                    from.iter().map(|&(column, sign)| (start + row * w[0] + column, row_sign * sign)),
+                );
+            }
+            let start = start + w[0] * w[1];
+            images.extend(to.iter().map(|&(unit, sign)| (start + unit, sign)));
+        }
+    }
+
     fn outputs(&self) -> usize {
         *self.widths.last().expect("a network has an output")
     }

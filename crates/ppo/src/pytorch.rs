@@ -76,7 +76,7 @@ fn agrees(
     for step in 0..3 {
         let noise = Gaussian::new(&parameters[parameters.len() - ACTIONS..]);
         let objective =
-            Objective { config: &config, networks, noise: &noise, old_noise: &old_noise, mirror: None };
+            Objective { config: &config, networks, noise: &noise, old_noise: &old_noise, symmetry: None };
         engine.load(networks, &parameters);
         let loss = engine.differentiate(objective, &rollout, &rows, &Alone, &mut gradient);
         let error = difference(&gradient, golden.numbers(&format!("gradient/{step}")));

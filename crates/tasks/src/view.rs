@@ -108,7 +108,7 @@ mod tests {
         assert_eq!(env.step_s(), 0.02);
         let mut config =
             GuidanceConfig { terrain: Terrain::Flat, observation_noise: 0.0, ..GuidanceConfig::default() };
-        config.pull.noise_n = 0.0;
+        config.pull.noise_n = [0.0; 3];
         let policy = LocomotionPolicy::new(test_policy()).unwrap();
         let mut env = GuidanceEnv::new(config, policy, 32, 5).unwrap();
         agrees(&mut env, layout::PREVIOUS_COMMAND.range(), Some(layout::HARNESS_FORCE.range()));

@@ -6,7 +6,7 @@ mod update;
 
 use std::time::Instant;
 
-use policy::{CheckpointError, Mirror, Mlp, StepBuffers, VecEnv};
+use policy::{CheckpointError, Mlp, StepBuffers, VecEnv};
 
 use crate::{
     adam::Adam,
@@ -19,6 +19,7 @@ use crate::{
     partials::Partials,
     rollout::{Rollout, normalize},
     rounded::Rounded,
+    symmetry::Symmetry,
     team::Team,
 };
 
@@ -97,7 +98,7 @@ pub struct Trainer<E> {
     deal: Deal,
     env: E,
     networks: Networks,
-    mirror: Option<Mirror>,
+    symmetry: Option<Symmetry>,
     observation_scale: Vec<f32>,
     parameters: Vec<f32>,
     adam: Adam,
@@ -168,6 +169,7 @@ impl<E: VecEnv> Trainer<E> {
         let actor = networks.actor.num_parameters();
         networks.actor.initialize(seed, 0, &mut parameters[..actor]);
         networks.critic.initialize(seed, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
+        let symmetry = mirror.map(|mirror| Symmetry::new(&networks, &mirror));
         let mut buffers = StepBuffers::new(num_envs, observation_dim);
         env.reset(&mut buffers.observations);
         let mut trainer = Self {
@@ -187,13 +189,16 @@ impl<E: VecEnv> Trainer<E> {
             team,
             env,
             networks,
-            mirror,
+            symmetry,
             parameters,
             buffers,
         };
         trainer.store_observations(0);
         if trainer.config.kinks_at_observations {
             trainer.move_kinks();
+        }
+        if let Some(symmetry) = &trainer.symmetry {
+            symmetry.impose(&mut trainer.parameters);
         }
         Ok(trainer)
     }

@@ -74,7 +74,7 @@ impl<E: VecEnv> Trainer<E> {
     /// Takes weights, optimizer and learning rate from another run of the same networks; the environments stay.
     ///
     /// # Errors
-    /// The checkpoint is of other networks.
+    /// The checkpoint is of other networks, or they are to be symmetric and are not.
     pub fn warm_start(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         checkpoint.read_into("parameters", &mut self.parameters)?;
         checkpoint.read_into("adam/first_moment", &mut self.adam.first_moment)?;
@@ -83,17 +83,26 @@ impl<E: VecEnv> Trainer<E> {
         checkpoint.read_into("learning_rate", &mut rate)?;
         self.learning_rate = rate[0];
         self.adam.steps = checkpoint.number("adam_steps")?;
-        Ok(())
+        self.check_symmetry()
     }
 
     /// Takes the mean policy from a network that takes raw observations; values, optimizer and noise begin anew.
     ///
     /// # Errors
-    /// The network is of another shape.
+    /// The network is of another shape, or is to be symmetric and is not.
     pub fn warm_start_policy(&mut self, policy: &Mlp) -> Result<(), TrainError> {
         let actor = self.networks.actor.num_parameters();
         let read =
             self.networks.actor.read_mlp(policy, &self.observation_scale, &mut self.parameters[..actor]);
-        read.map_err(TrainError::Shape)
+        read.map_err(TrainError::Shape)?;
+        self.check_symmetry()
+    }
+
+    fn check_symmetry(&self) -> Result<(), TrainError> {
+        if self.symmetry.as_ref().is_some_and(|symmetry| !symmetry.holds(&self.parameters)) {
+            let message = "these weights are not left–right symmetric, so symmetry must be off (--set ppo.symmetry=false)";
+            return Err(TrainError::Shape(message.into()));
+        }
+        Ok(())
     }
 }

@@ -29,9 +29,9 @@ pub struct PullConfig {
     /// Time between two draws; where pulls change more often, what the robot does already says less of what it is to do \[s; 0.1 to
     /// 1000\]. Source: docs/findings.md, "Thresholds"; the paper: 5.
     pub period_s: f32,
-    /// Error of the observed force along each axis, uniform, ±; drawn at every supervisor step \[N; 0 to 100\]. Source: ours,
+    /// Error of the observed force along x, y and z, uniform, ±; drawn at every supervisor step \[N; 0 to 100\]. Source: ours,
     /// 0.
-    pub noise_n: f32,
+    pub noise_n: [f32; 3],
 }
 
 impl Default for PullConfig {
@@ -43,7 +43,7 @@ impl Default for PullConfig {
             near_threshold_share: 0.8,
             near_threshold_n: 4.0,
             period_s: 2.5,
-            noise_n: 0.0,
+            noise_n: [0.0; 3],
         }
     }
 }
@@ -71,7 +71,7 @@ impl PullConfig {
         within("pull.near_threshold_share", self.near_threshold_share, 0.0, 1.0)?;
         within("pull.near_threshold_n", self.near_threshold_n, 0.0, 20.0)?;
         within("pull.period_s", self.period_s, 0.1, 1000.0)?;
-        within("pull.noise_n", self.noise_n, 0.0, 100.0)
+        self.noise_n.iter().try_for_each(|&noise| within("pull.noise_n", noise, 0.0, 100.0))
     }
 
     /// Draws a force \[N\].
@@ -86,6 +86,17 @@ impl PullConfig {
             }
         }
         [x, y, z]
+    }
+
+    /// What a sensor with `noise_n` makes of a force \[N\].
+    pub fn seen(&self, force: [f32; 3], random: &mut Philox) -> [f32; 3] {
+        let mut seen = force;
+        for (seen, noise) in seen.iter_mut().zip(self.noise_n) {
+            if noise > 0.0 {
+                *seen += random.uniform(-noise, noise);
+            }
+        }
+        seen
     }
 }
 
@@ -125,6 +136,23 @@ mod tests {
         }
         assert!(
             drawn.iter().all(|f| f[0] <= 0.0 && f[0] >= -80.0 && f[1].abs() <= 40.0 && f[2].abs() <= 20.0)
+        );
+    }
+
+    #[test]
+    fn the_sensor_errs_along_each_axis_as_told() {
+        let config = PullConfig { noise_n: [0.5, 2.0, 0.0], ..PullConfig::default() };
+        let mut random = Philox::new(1, 0, 0, 0, Purpose::SupervisorObservation);
+        let mut most = [0.0_f32; 3];
+        for _ in 0..1000 {
+            let seen = config.seen([-40.0, 20.0, 5.0], &mut random);
+            for (most, (seen, real)) in most.iter_mut().zip(seen.iter().zip([-40.0, 20.0, 5.0])) {
+                *most = most.max((seen - real).abs());
+            }
+        }
+        assert!(
+            (0.45..=0.5).contains(&most[0]) && (1.9..=2.0).contains(&most[1]) && most[2] == 0.0,
+            "{most:?}"
         );
     }
 

@@ -102,8 +102,7 @@ impl GuidedSquad {
     pub(super) fn observe(&self, shared: &Shared<'_>, robot: usize, out: &mut [f32]) {
         let guided = &self.robots[robot];
         let mut random = self.random(shared, robot, Purpose::SupervisorObservation);
-        let noise = shared.config.pull.noise_n;
-        let seen = guided.force.map(|f| if noise > 0.0 { f + random.uniform(-noise, noise) } else { f });
+        let seen = shared.config.pull.seen(guided.force, &mut random);
         self.squad.sense(shared.course, robot, seen, guided.previous_command, &mut random, out);
     }
 
