@@ -91,8 +91,8 @@ pub struct Config {
     /// Whether the activation of every unit of the first layers begins with its kink at an observation, and not all near zero: steps
     /// that lie far from zero are found sooner. Source: docs/findings.md, "Kinks where the data is"; rsl_rl, false.
     pub kinks_at_observations: bool,
-    /// Whether half of the samples, drawn anew in each epoch, are learned from in their left–right mirror image. Source:
-    /// docs/findings.md, "Mirror images".
+    /// Whether both networks are left–right symmetric: shown the mirror image of a state, they give the mirror image of what they give
+    /// for the state, so that every sample teaches its mirror image, too. Source: docs/findings.md, "Symmetric networks"; rsl_rl, false.
     pub symmetry: bool,
     /// Blocks of eight partial gradients in which a minibatch is added up. A partial is the work of one thread, so this times
     /// eight is how many threads of all ranks can work at once; one block a rank is the least to exchange. Another number is
