@@ -49,7 +49,7 @@ impl TaskConfig for LocomotionConfig {
             learning_rate: 5e-4,
             learning_rate_range: [1e-5, 1e-3],
             entropy_coefficient: 0.004,
-            symmetry: true,
+            symmetry: ppo::SymmetryBy::Networks,
             ..ppo::Config::default()
         };
         (TrainingSettings { iterations: 2000, ..TrainingSettings::default() }, ppo)
@@ -81,7 +81,7 @@ impl TaskConfig for GuidanceConfig {
             initial_std: 0.5,
             entropy_coefficient: 0.003,
             kinks_at_observations: true,
-            symmetry: true,
+            symmetry: ppo::SymmetryBy::Samples,
             ..ppo::Config::default()
         };
         (training, ppo)

@@ -34,7 +34,7 @@ pub(super) const ABLATIONS: [(&str, &[&[&str]]); 8] = [
         &[PAPER_FORCES, &["task.threshold_margin_n=[0,0]", "task.heading_drift=0", "task.fall=0"]],
     ),
     ("paper-forces", &[PAPER_FORCES]),
-    ("no-symmetry", &[&["ppo.symmetry=false"]]),
+    ("no-symmetry", &[&["ppo.symmetry=none"]]),
     ("no-drift-term", &[&["task.heading_drift=0"]]),
     ("force-noise", &[&["task.pull.noise_n=[2,2,2]"]]),
     ("every-0.02-s", &[&["task.supervisor_period_s=0.02"]]),

@@ -28,6 +28,20 @@ impl Precision {
     }
 }
 
+/// What a task's left–right symmetry is used for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SymmetryBy {
+    /// Nothing.
+    #[default]
+    None,
+    /// Half of the samples are learned from in their mirror image, with the probability of the original in the ratio.
+    Samples,
+    /// Shown the mirror image of a state, networks give the mirror image of what they give for the state, so that every sample
+    /// teaches its mirror image, too.
+    Networks,
+}
+
 /// Settings of PPO. Defaults: Isaac Lab's ANYmal D rough task (`rsl_rl_ppo_cfg.py`) unless a field says otherwise.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -91,9 +105,9 @@ pub struct Config {
     /// Whether the activation of every unit of the first layers begins with its kink at an observation, and not all near zero: steps
     /// that lie far from zero are found sooner. Source: docs/findings.md, "Kinks where the data is"; rsl_rl, false.
     pub kinks_at_observations: bool,
-    /// Whether both networks are left–right symmetric: shown the mirror image of a state, they give the mirror image of what they give
-    /// for the state, so that every sample teaches its mirror image, too. Source: docs/findings.md, "Symmetric networks"; rsl_rl, false.
-    pub symmetry: bool,
+    /// How left–right symmetry is used: "networks", both are symmetric; "samples", half of the samples, drawn anew in each epoch, are
+    /// learned from in their mirror image; or "none". Source: docs/findings.md, "Symmetric networks"; rsl_rl, none.
+    pub symmetry: SymmetryBy,
     /// Blocks of eight partial gradients in which a minibatch is added up. A partial is the work of one thread, so this times
     /// eight is how many threads of all ranks can work at once; one block a rank is the least to exchange. Another number is
     /// another order of addition: other bits, the same learning \[blocks; 1 to 4096\]. Source: docs/cluster.md.
@@ -127,7 +141,7 @@ impl Default for Config {
             max_std: 100.0,
             critic_iterations: 0,
             kinks_at_observations: false,
-            symmetry: false,
+            symmetry: SymmetryBy::None,
             gradient_blocks: 1,
             precision: Precision::F32,
         }

@@ -6,6 +6,8 @@
 
 use rayon::prelude::*;
 
+use policy::Mirror;
+
 use crate::{
     config::Config,
     exchange::Exchange,
@@ -22,6 +24,8 @@ use crate::{
 pub(crate) const TILE: usize = 256;
 /// Parameters a thread squares at a time.
 const CHUNK: usize = 16_384;
+/// Marks a row that is to be learned from in its mirror image.
+pub(crate) const MIRRORED: u32 = 1 << 31;
 
 /// Actor and critic, and where their parameters are: actor, critic, log standard deviations.
 #[derive(Clone, Debug)]
@@ -109,6 +113,8 @@ pub(crate) struct Objective<'a> {
     /// The policy's noise now, and when the rollout was made.
     pub(crate) noise: &'a Gaussian,
     pub(crate) old_noise: &'a Gaussian,
+    /// If half of the rows are to be learned from in their mirror image.
+    pub(crate) mirror: Option<&'a Mirror>,
     /// Of the networks, if they are to stay symmetric.
     pub(crate) symmetry: Option<&'a Symmetry>,
 }
@@ -176,23 +182,29 @@ impl<P: Precision> Engine for Workspace<P> {
         exchange: &dyn Exchange,
         gradient: &mut [f32],
     ) -> MinibatchLoss {
-        let weight = 1.0 / rows.len() as f32;
+        let mut all = rows.to_vec();
+        if objective.mirror.is_some() {
+            // The rows come in random order: every other one is a random half, another in each epoch.
+            all.iter_mut().skip(1).step_by(2).for_each(|row| *row |= MIRRORED);
+        }
+        let originals = all.iter().filter(|&row| row & MIRRORED == 0).count() as f64;
+        let weight = 1.0 / all.len() as f32;
         let Self { actor, critic, slots, partials } = self;
         let (numbers, count) = (partials.own().collect::<Vec<_>>(), partials.count());
         slots.par_iter_mut().zip(numbers).for_each(|(slot, number)| {
             slot.gradient.fill(0.0);
             slot.sums = LossSums::default();
-            for tile in rows.chunks(TILE).skip(number).step_by(count) {
+            for tile in all.chunks(TILE).skip(number).step_by(count) {
                 slot.tile((actor, critic), objective, rollout, tile, weight);
             }
         });
         let sums = self.add_sums(exchange);
         let gradient_norm = self.add_slots(objective, exchange, gradient);
-        let count = rows.len() as f64;
+        let count = all.len() as f64;
         MinibatchLoss {
             surrogate: sums.surrogate / count,
             value: sums.value / count,
-            kl: sums.kl / count,
+            kl: sums.kl / originals,
             clipped: sums.clipped / count,
             roughness: sums.roughness / count,
             gradient_norm,
@@ -236,7 +248,6 @@ impl<P: Precision> Engine for Workspace<P> {
 
 #[cfg(test)]
 mod tests {
-    use policy::Mirror;
     use spatial::{Philox, Purpose};
 
     use super::*;
@@ -268,13 +279,29 @@ mod tests {
         (Config { smoothness: 0.3, ..Config::default() }, networks, parameters, rollout)
     }
 
-    fn compute(symmetry: Option<&Symmetry>, parameters: &[f32]) -> (MinibatchLoss, Vec<f32>, f64) {
+    fn mirror() -> Mirror {
+        Mirror {
+            observation: vec![(1, 1.0), (0, 1.0), (2, -1.0), (3, 1.0)],
+            action: vec![(1, -1.0), (0, -1.0)],
+        }
+    }
+
+    fn compute(mirror: Option<&Mirror>, parameters: &[f32]) -> (MinibatchLoss, Vec<f32>, f64) {
+        compute_with(mirror, None, parameters)
+    }
+
+    fn compute_with(
+        mirror: Option<&Mirror>,
+        symmetry: Option<&Symmetry>,
+        parameters: &[f32],
+    ) -> (MinibatchLoss, Vec<f32>, f64) {
         let (config, networks, _, rollout) = problem();
         let (_, _, log_std) = networks.split(parameters);
         let (noise, old_noise) = (&Gaussian::new(log_std), &Gaussian::new(&[-0.1; 2]));
-        let objective = Objective { config: &config, networks: &networks, noise, old_noise, symmetry };
-        let mut workspace = Workspace::<Single>::new(&networks, Partials::new(1, &Alone));
-        workspace.load(&networks, parameters);
+        let networks = &networks;
+        let objective = Objective { config: &config, networks, noise, old_noise, mirror, symmetry };
+        let mut workspace = Workspace::<Single>::new(networks, Partials::new(1, &Alone));
+        workspace.load(networks, parameters);
         let mut gradient = vec![0.0; parameters.len()];
         let rows: Vec<u32> = (0..700).collect();
         let loss = workspace.differentiate(objective, &rollout, &rows, &Alone, &mut gradient);
@@ -287,29 +314,27 @@ mod tests {
     #[test]
     fn the_gradient_is_the_difference_of_the_loss_for_every_parameter() {
         let (_, _, parameters, _) = problem();
-        let (_, gradient, _) = compute(None, &parameters);
-        for i in 0..parameters.len() {
-            let mut moved = parameters.clone();
-            moved[i] += 2e-3;
-            let above = compute(None, &moved).2;
-            moved[i] -= 4e-3;
-            let slope = (above - compute(None, &moved).2) / 4e-3;
-            let error = (f64::from(gradient[i]) - slope).abs();
-            assert!(error < 1e-3 + 0.02 * slope.abs(), "parameter {i}: {} and {slope}", gradient[i]);
+        for mirror in [None, Some(mirror())] {
+            let (_, gradient, _) = compute(mirror.as_ref(), &parameters);
+            for i in 0..parameters.len() {
+                let mut moved = parameters.clone();
+                moved[i] += 2e-3;
+                let above = compute(mirror.as_ref(), &moved).2;
+                moved[i] -= 4e-3;
+                let slope = (above - compute(mirror.as_ref(), &moved).2) / 4e-3;
+                let error = (f64::from(gradient[i]) - slope).abs();
+                assert!(error < 1e-3 + 0.02 * slope.abs(), "parameter {i}: {} and {slope}", gradient[i]);
+            }
         }
     }
 
     #[test]
     fn the_gradient_of_symmetric_networks_is_averaged_and_so_is_its_length() {
         let (_, networks, parameters, _) = problem();
-        let mirror = Mirror {
-            observation: vec![(1, 1.0), (0, 1.0), (2, -1.0), (3, 1.0)],
-            action: vec![(1, -1.0), (0, -1.0)],
-        };
-        let symmetry = Symmetry::new(&networks, &mirror);
+        let symmetry = Symmetry::new(&networks, &mirror());
         let (_, mut expected, _) = compute(None, &parameters);
         symmetry.average(&mut expected);
-        let (loss, gradient, _) = compute(Some(&symmetry), &parameters);
+        let (loss, gradient, _) = compute_with(None, Some(&symmetry), &parameters);
         assert_eq!(gradient, expected);
         let length = expected.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>().sqrt();
         assert!((loss.gradient_norm - length).abs() < 1e-9 * length);

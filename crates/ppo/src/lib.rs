@@ -25,6 +25,6 @@ mod symmetry;
 mod team;
 mod trainer;
 
-pub use config::{Config, ConfigError, Precision};
+pub use config::{Config, ConfigError, Precision, SymmetryBy};
 pub use exchange::{Exchange, RankError};
 pub use trainer::{Iteration, TrainError, Trainer};

@@ -75,8 +75,14 @@ fn agrees(
     let old_noise = Gaussian::new(golden.numbers("old_log_std"));
     for step in 0..3 {
         let noise = Gaussian::new(&parameters[parameters.len() - ACTIONS..]);
-        let objective =
-            Objective { config: &config, networks, noise: &noise, old_noise: &old_noise, symmetry: None };
+        let objective = Objective {
+            config: &config,
+            networks,
+            noise: &noise,
+            old_noise: &old_noise,
+            mirror: None,
+            symmetry: None,
+        };
         engine.load(networks, &parameters);
         let loss = engine.differentiate(objective, &rollout, &rows, &Alone, &mut gradient);
         let error = difference(&gradient, golden.numbers(&format!("gradient/{step}")));

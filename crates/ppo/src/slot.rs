@@ -1,7 +1,9 @@
 //! A partial gradient: tiles of rows through forward, loss and backward.
 
+use policy::Mirror;
+
 use crate::{
-    gradient::{Networks, Objective, TILE},
+    gradient::{MIRRORED, Networks, Objective, TILE},
     loss::{LossSums, Sample, surrogate, value_loss},
     network::{Activations, PackedNetwork, store_rows},
     panels::Precision,
@@ -17,6 +19,9 @@ pub(crate) struct Slot<P: Precision> {
     pub(crate) critic: Activations<P>,
     pub(crate) gradient: Vec<f32>,
     pub(crate) sums: LossSums,
+    mirrored_action: Vec<f32>,
+    mirrored_mean: Vec<f32>,
+    mirrored_smooth_mean: Vec<f32>,
 }
 
 impl<P: Precision> Slot<P> {
@@ -29,6 +34,9 @@ impl<P: Precision> Slot<P> {
             critic: networks.critic.activations(TILE),
             gradient: vec![0.0; networks.num_parameters()],
             sums: LossSums::default(),
+            mirrored_action: vec![0.0; networks.actions],
+            mirrored_mean: vec![0.0; networks.actions],
+            mirrored_smooth_mean: vec![0.0; networks.actions],
         }
     }
 
@@ -42,7 +50,7 @@ impl<P: Precision> Slot<P> {
         weight: f32,
     ) {
         let Objective { networks, .. } = objective;
-        self.load(rollout, rows);
+        self.load(objective, rollout, rows);
         networks.actor.forward(actor, rows.len(), &self.input, &mut self.actor);
         networks.critic.forward(critic, rows.len(), &self.input, &mut self.critic);
         self.differentiate(objective, rollout, rows, weight);
@@ -52,10 +60,15 @@ impl<P: Precision> Slot<P> {
     }
 
     /// Gathers the observations of the rows.
-    fn load(&mut self, rollout: &Rollout, rows: &[u32]) {
+    fn load(&mut self, objective: Objective<'_>, rollout: &Rollout, rows: &[u32]) {
         let width = rollout.observation_dim;
         for (&row, gathered) in rows.iter().zip(self.observations.chunks_exact_mut(width)) {
-            gathered.copy_from_slice(&rollout.observations[row as usize * width..][..width]);
+            let sample = (row & !MIRRORED) as usize;
+            let observation = &rollout.observations[sample * width..][..width];
+            match objective.mirror.filter(|_| row & MIRRORED != 0) {
+                Some(mirror) => Mirror::apply(&mirror.observation, observation, gathered),
+                None => gathered.copy_from_slice(observation),
+            }
         }
         store_rows::<P>(&self.observations, width, rows.len(), &mut self.input);
     }
@@ -71,8 +84,8 @@ impl<P: Precision> Slot<P> {
         let value_gradients = self.critic.output_gradient.iter_mut();
         let outputs = means.zip(mean_gradients).zip(values.zip(value_gradients));
         for (&row, ((mean, mean_gradient), (&value, value_gradient))) in rows.iter().zip(outputs) {
-            let i = row as usize;
-            let sample = Sample {
+            let i = (row & !MIRRORED) as usize;
+            let mut sample = Sample {
                 action: &rollout.actions[i * actions..][..actions],
                 old_mean: &rollout.means[i * actions..][..actions],
                 smooth_mean: &rollout.smooth_means[i * actions..][..actions],
@@ -81,7 +94,16 @@ impl<P: Precision> Slot<P> {
                 advantage: rollout.advantages[i],
                 value_target: rollout.value_targets[i],
             };
-            self.sums.kl += f64::from(old_noise.divergence(sample.old_mean, noise, mean));
+            if let Some(mirror) = objective.mirror.filter(|_| row & MIRRORED != 0) {
+                Mirror::apply(&mirror.action, sample.action, &mut self.mirrored_action);
+                Mirror::apply(&mirror.action, sample.old_mean, &mut self.mirrored_mean);
+                sample.action = &self.mirrored_action;
+                sample.old_mean = &self.mirrored_mean;
+                Mirror::apply(&mirror.action, sample.smooth_mean, &mut self.mirrored_smooth_mean);
+                sample.smooth_mean = &self.mirrored_smooth_mean;
+            } else {
+                self.sums.kl += f64::from(old_noise.divergence(sample.old_mean, noise, mean));
+            }
             let sums = surrogate(config, sample, mean, noise, weight, mean_gradient, log_std_gradient);
             self.sums.add(&sums);
             let (loss, gradient) = value_loss(config, sample, value, weight);

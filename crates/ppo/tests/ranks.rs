@@ -3,7 +3,7 @@
 mod toy;
 
 use policy::{Checkpoint, Share};
-use ppo::{Config, Iteration, Precision, TrainError, Trainer, exchange::threads};
+use ppo::{Config, Iteration, Precision, SymmetryBy, TrainError, Trainer, exchange::threads};
 use toy::{Rule, Toy, config};
 
 const ENVS: usize = 512;
@@ -68,7 +68,7 @@ fn any_number_of_ranks_gives_the_checkpoint_of_one() {
 fn also_with_mirror_images_more_blocks_and_samples_left_over() {
     // 12 288 samples in 7 minibatches: three are left over.
     let config = Config {
-        symmetry: true,
+        symmetry: SymmetryBy::Samples,
         kinks_at_observations: true,
         gradient_blocks: 3,
         minibatches: 7,

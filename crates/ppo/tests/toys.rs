@@ -3,7 +3,7 @@
 mod toy;
 
 use policy::{Checkpoint, ForwardWorkspace, Linear, VecEnv as _};
-use ppo::{Config, Precision, TrainError, Trainer};
+use ppo::{Config, Precision, SymmetryBy, TrainError, Trainer};
 use toy::{Rule, Toy, config};
 
 fn trainer(rule: Rule) -> Trainer<Toy> {
@@ -26,7 +26,7 @@ fn learns_to_say_what_it_sees() {
 
 #[test]
 fn learns_to_balance_with_and_without_its_mirror_image() {
-    for symmetry in [false, true] {
+    for symmetry in [SymmetryBy::None, SymmetryBy::Samples, SymmetryBy::Networks] {
         let config = Config { symmetry, ..config() };
         let mut trainer = Trainer::new(config, 3, Toy::new(Rule::Pendulum, 64)).unwrap();
         let first = trainer.iterate().unwrap();
@@ -35,7 +35,7 @@ fn learns_to_balance_with_and_without_its_mirror_image() {
             last = trainer.iterate().unwrap();
         }
         assert!(first.episode_length < 60.0, "a beginner falls: {}", first.episode_length);
-        assert!(last.episode_length > 95.0, "symmetry {symmetry}: mean episode {}", last.episode_length);
+        assert!(last.episode_length > 95.0, "{symmetry:?}: mean episode {}", last.episode_length);
     }
 }
 

@@ -6,11 +6,11 @@ mod update;
 
 use std::time::Instant;
 
-use policy::{CheckpointError, Mlp, StepBuffers, VecEnv};
+use policy::{CheckpointError, Mirror, Mlp, StepBuffers, VecEnv};
 
 use crate::{
     adam::Adam,
-    config::{Config, ConfigError, Precision},
+    config::{Config, ConfigError, Precision, SymmetryBy},
     deal::Deal,
     exchange::{Alone, Exchange, RankError},
     gradient::{Engine, MinibatchLoss, Networks, Workspace},
@@ -98,6 +98,7 @@ pub struct Trainer<E> {
     deal: Deal,
     env: E,
     networks: Networks,
+    mirror: Option<Mirror>,
     symmetry: Option<Symmetry>,
     observation_scale: Vec<f32>,
     parameters: Vec<f32>,
@@ -156,9 +157,10 @@ impl<E: VecEnv> Trainer<E> {
                 config.minibatches
             )));
         }
-        let mirror = env.mirror().filter(|_| config.symmetry);
-        if config.symmetry && mirror.is_none() {
-            return Err(TrainError::Shape("symmetry is on, but this task has no mirror image".into()));
+        let mirror = env.mirror();
+        if config.symmetry != SymmetryBy::None && mirror.is_none() {
+            let message = format!("symmetry is {:?}, but this task has no mirror image", config.symmetry);
+            return Err(TrainError::Shape(message));
         }
         let networks = Networks {
             actor: Architecture::new(observation_dim, &config.actor_hidden, action_dim),
@@ -169,7 +171,9 @@ impl<E: VecEnv> Trainer<E> {
         let actor = networks.actor.num_parameters();
         networks.actor.initialize(seed, 0, &mut parameters[..actor]);
         networks.critic.initialize(seed, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
-        let symmetry = mirror.map(|mirror| Symmetry::new(&networks, &mirror));
+        let by = |by: SymmetryBy| mirror.as_ref().filter(|_| config.symmetry == by);
+        let symmetry = by(SymmetryBy::Networks).map(|mirror| Symmetry::new(&networks, mirror));
+        let mirror = by(SymmetryBy::Samples).cloned();
         let mut buffers = StepBuffers::new(num_envs, observation_dim);
         env.reset(&mut buffers.observations);
         let mut trainer = Self {
@@ -189,6 +193,7 @@ impl<E: VecEnv> Trainer<E> {
             team,
             env,
             networks,
+            mirror,
             symmetry,
             parameters,
             buffers,

@@ -100,7 +100,7 @@ impl<E: VecEnv> Trainer<E> {
 
     fn check_symmetry(&self) -> Result<(), TrainError> {
         if self.symmetry.as_ref().is_some_and(|symmetry| !symmetry.holds(&self.parameters)) {
-            let message = "these weights are not left–right symmetric, so symmetry must be off (--set ppo.symmetry=false)";
+            let message = "these weights are not left–right symmetric, so symmetry must be \"samples\" or \"none\" (--set ppo.symmetry=none)";
             return Err(TrainError::Shape(message.into()));
         }
         Ok(())
