@@ -5,7 +5,7 @@ use std::ops::Range;
 use policy::{ForwardWorkspace, layout};
 use spatial::{Philox, Purpose};
 use tasks::{
-    guidance::{Behavior, Course, LocomotionPolicy, Squad, Supervisor, SupervisorPolicy},
+    guidance::{Behavior, Course, LocomotionPolicy, Squad, Supervisor, SupervisorPolicy, sensed_force},
     simulation::{CONTROL_PERIOD_S, GROUP, ResetSpread, Simulation},
 };
 use terrain::HeightField;
@@ -217,7 +217,7 @@ impl Session {
             let mut random =
                 Philox::new(self.course.seed, robot, 0, self.step, Purpose::SupervisorObservation);
             let dog = &mut self.dogs[robot];
-            dog.seen = force.map(|f| if noise > 0.0 { f + random.uniform(-noise, noise) } else { f });
+            dog.seen = sensed_force(force, [noise; 3], &mut random);
             if supervisor.observes() {
                 let (squad, index) = locate(&mut self.squads, robot);
                 squad.sense(&self.course, index, dog.seen, dog.command, &mut random, row);

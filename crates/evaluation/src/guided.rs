@@ -2,7 +2,7 @@
 
 use policy::{ForwardWorkspace, layout};
 use spatial::{Philox, Purpose};
-use tasks::guidance::{Course, Squad, Supervisor};
+use tasks::guidance::{Course, Squad, Supervisor, sensed_force};
 
 /// Robots, the forces on them and the commands they are given.
 pub(crate) struct Guided<'a> {
@@ -79,7 +79,7 @@ impl<'a> Guided<'a> {
             for (robot, [seen, real]) in forces.iter_mut().enumerate() {
                 let number = squad.first_robot + robot;
                 let mut random = Philox::new(course.seed, number, 0, *step, Purpose::ForceObservation);
-                *seen = real.map(|force| force + random.uniform(-noise, noise));
+                *seen = sensed_force(*real, [noise; 3], &mut random);
             }
         }
         for (robot, row) in observations.chunks_exact_mut(layout::SUPERVISOR_OBSERVATION).enumerate() {

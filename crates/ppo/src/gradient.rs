@@ -39,6 +39,16 @@ impl Networks {
     pub(crate) fn num_parameters(&self) -> usize {
         self.actor.num_parameters() + self.critic.num_parameters() + self.actions
     }
+
+    /// Random weights and biases, the same deviation of all actions.
+    pub(crate) fn initial_parameters(&self, seed: u64, std: f32) -> Vec<f32> {
+        let mut parameters = vec![std.ln(); self.num_parameters()];
+        let (actor, critic, _) = self.split_mut(&mut parameters);
+        self.actor.initialize(seed, 0, actor);
+        self.critic.initialize(seed, 1, critic);
+        parameters
+    }
+
     /// The three parts of a parameter or gradient vector.
     pub(crate) fn split<'a>(&self, all: &'a [f32]) -> (&'a [f32], &'a [f32], &'a [f32]) {
         let (actor, rest) = all.split_at(self.actor.num_parameters());
@@ -259,10 +269,7 @@ mod tests {
             critic: Architecture::new(4, &[5], 1),
             actions: 2,
         };
-        let mut parameters = vec![-0.2; networks.num_parameters()];
-        let actor = networks.actor.num_parameters();
-        networks.actor.initialize(1, 0, &mut parameters[..actor]);
-        networks.critic.initialize(1, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
+        let parameters = networks.initial_parameters(1, (-0.2_f32).exp());
         let mut rollout = Rollout::new(700, 1, 4, 2);
         let mut random = Philox::new(2, 0, 0, 0, Purpose::Evaluation);
         let Rollout { observations, actions, means, smooth_means, .. } = &mut rollout;

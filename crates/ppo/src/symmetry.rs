@@ -75,10 +75,7 @@ mod tests {
             critic: Architecture::new(4, &[5], 1),
             actions: 3,
         };
-        let mut parameters = vec![-0.3; networks.num_parameters()];
-        let actor = networks.actor.num_parameters();
-        networks.actor.initialize(1, 0, &mut parameters[..actor]);
-        networks.critic.initialize(1, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
+        let parameters = networks.initial_parameters(1, 0.7);
         (networks, parameters)
     }
 

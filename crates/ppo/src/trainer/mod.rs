@@ -167,10 +167,7 @@ impl<E: VecEnv> Trainer<E> {
             critic: Architecture::new(observation_dim, &config.critic_hidden, 1),
             actions: action_dim,
         };
-        let mut parameters = vec![config.initial_std.ln(); networks.num_parameters()];
-        let actor = networks.actor.num_parameters();
-        networks.actor.initialize(seed, 0, &mut parameters[..actor]);
-        networks.critic.initialize(seed, 1, &mut parameters[actor..][..networks.critic.num_parameters()]);
+        let parameters = networks.initial_parameters(seed, config.initial_std);
         let by = |by: SymmetryBy| mirror.as_ref().filter(|_| config.symmetry == by);
         let symmetry = by(SymmetryBy::Networks).map(|mirror| Symmetry::new(&networks, mirror));
         let mirror = by(SymmetryBy::Samples).cloned();

@@ -87,17 +87,17 @@ impl PullConfig {
         }
         [x, y, z]
     }
+}
 
-    /// What a sensor with `noise_n` makes of a force \[N\].
-    pub fn seen(&self, force: [f32; 3], random: &mut Philox) -> [f32; 3] {
-        let mut seen = force;
-        for (seen, noise) in seen.iter_mut().zip(self.noise_n) {
-            if noise > 0.0 {
-                *seen += random.uniform(-noise, noise);
-            }
+/// What a sensor that errs by up to ±`noise_n` along each axis makes of a force \[N\].
+pub fn sensed_force(force: [f32; 3], noise_n: [f32; 3], random: &mut Philox) -> [f32; 3] {
+    let mut sensed = force;
+    for (sensed, noise) in sensed.iter_mut().zip(noise_n) {
+        if noise > 0.0 {
+            *sensed += random.uniform(-noise, noise);
         }
-        seen
     }
+    sensed
 }
 
 #[cfg(test)]
@@ -141,11 +141,10 @@ mod tests {
 
     #[test]
     fn the_sensor_errs_along_each_axis_as_told() {
-        let config = PullConfig { noise_n: [0.5, 2.0, 0.0], ..PullConfig::default() };
         let mut random = Philox::new(1, 0, 0, 0, Purpose::SupervisorObservation);
         let mut most = [0.0_f32; 3];
         for _ in 0..1000 {
-            let seen = config.seen([-40.0, 20.0, 5.0], &mut random);
+            let seen = sensed_force([-40.0, 20.0, 5.0], [0.5, 2.0, 0.0], &mut random);
             for (most, (seen, real)) in most.iter_mut().zip(seen.iter().zip([-40.0, 20.0, 5.0])) {
                 *most = most.max((seen - real).abs());
             }

@@ -7,6 +7,7 @@ use terrain::TerrainGrid;
 use super::{
     Behavior, Course, GuidanceConfig, Squad, behavior_reward,
     config::{COMMAND_HIGH, COMMAND_LOW},
+    force::sensed_force,
     heading_drift::HeadingDrift,
     metrics::Metrics,
 };
@@ -102,7 +103,7 @@ impl GuidedSquad {
     pub(super) fn observe(&self, shared: &Shared<'_>, robot: usize, out: &mut [f32]) {
         let guided = &self.robots[robot];
         let mut random = self.random(shared, robot, Purpose::SupervisorObservation);
-        let seen = shared.config.pull.seen(guided.force, &mut random);
+        let seen = sensed_force(guided.force, shared.config.pull.noise_n, &mut random);
         self.squad.sense(shared.course, robot, seen, guided.previous_command, &mut random, out);
     }
 

@@ -16,7 +16,7 @@ pub use behavior::{
 };
 pub use config::{COMMAND_HIGH, COMMAND_LOW, GuidanceConfig};
 pub use environment::GuidanceEnv;
-pub use force::PullConfig;
+pub use force::{PullConfig, sensed_force};
 pub use supervisor::{Supervisor, SupervisorPolicy};
 pub use walker::{Course, LocomotionPolicy, SQUAD, Squad};
 
