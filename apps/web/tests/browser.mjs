@@ -55,8 +55,16 @@ async function train(settings, more = []) {
   const cwd = await mkdtemp(join(tmpdir(), "guidedog-watched-"));
   folders.push(cwd);
   const sets = settings.flatMap((setting) => ["--set", setting]);
-  const child = spawn(process.env["GUIDEDOG"], ["train", "locomotion", "--name", "walk", ...sets, ...more], { cwd, stdio: ["ignore", "pipe", "ignore"] });
+  const child = spawn(process.env["GUIDEDOG"], ["train", "locomotion", "--name", "walk", ...sets, ...more], { cwd, stdio: ["ignore", "pipe", "pipe"] });
+  let complaint = "";
+  child.stderr.on("data", (text) => (complaint = String(text).trim() || complaint));
   const over = new Promise((done) => child.on("exit", done));
+  over.then((code) => {
+    if (!code) return;
+    // Its pages would wait for a picture that never comes.
+    complaints.push(`the training ended with ${code}: ${complaint}`);
+    for (const context of browser.contexts()) void context.close();
+  });
   const watched = more.includes("--watch");
   const url = watched ? await new Promise((found) => child.stdout.once("data", (text) => found(String(text).trim()))) : "";
   const policy = async () => {
@@ -339,7 +347,7 @@ const tests = {
 
   async "a training is watched while it runs"() {
     const robots = folder ? 1024 : 256;
-    const settings = [`training.num_envs=${robots}`, `training.iterations=${folder ? 30 : 20}`];
+    const settings = [`training.num_envs=${robots}`, "ppo.symmetry=none", `training.iterations=${folder ? 30 : 20}`];
     const training = await train(settings, ["--init-from", resolve("policies/locomotion.onnx"), "--watch", "--no-open"]);
     try {
       const page = await visit(training.url, { width: 1180, height: 720 });
@@ -400,7 +408,7 @@ for (const [name, test] of Object.entries(tests)) {
     console.log(`ok: ${name} (${((performance.now() - began) / 1000).toFixed(0)} s)`);
   } catch (error) {
     failed += 1;
-    console.error(`FAILED: ${name}: ${error.message}`);
+    console.error(`FAILED: ${name}: ${[...complaints, error.message].join("\n")}`);
   }
   complaints.length = 0;
   for (const context of browser.contexts()) await context.close();
