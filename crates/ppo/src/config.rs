@@ -98,6 +98,9 @@ pub struct Config {
     /// that knows it learn precision with little noise \[1; above 0 to 100\]. Source: docs/findings.md, "Less noise at the end";
     /// Isaac Lab: no limit.
     pub max_std: f32,
+    /// Share of the environments that act without noise, for four iterations at a time, and teach the critic alone: what only a policy
+    /// without noise runs into is met in training, too \[1; 0 to 0.9\]. Source: docs/findings.md, "Quiet robots"; Isaac Lab, 0.
+    pub quiet_share: f32,
     /// Iterations at the start in which only the critic learns, at the highest learning rate: with a policy from a file and a
     /// critic that knows nothing, what the policy learns at first is noise \[iterations; 0 to 100000000\]. Source:
     /// docs/findings.md, "Little noise needs a taught critic"; rsl_rl, 0.
@@ -139,6 +142,7 @@ impl Default for Config {
             max_gradient_norm: 1.0,
             initial_std: 1.0,
             max_std: 100.0,
+            quiet_share: 0.0,
             critic_iterations: 0,
             kinks_at_observations: false,
             symmetry: SymmetryBy::None,
@@ -222,6 +226,8 @@ impl Config {
         check(positive(norm, 1e6), "max_gradient_norm", &norm, "above 0, at most 1000000")?;
         check(positive(self.initial_std, 100.0), "initial_std", &self.initial_std, "above 0, at most 100")?;
         check(positive(self.max_std, 100.0), "max_std", &self.max_std, "above 0, at most 100")?;
+        let share = self.quiet_share;
+        check((0.0..=0.9).contains(&share), "quiet_share", &share, "from 0 to 0.9")?;
         let blocks = self.gradient_blocks;
         check((1..=4096).contains(&blocks), "gradient_blocks", &blocks, "from 1 to 4096")
     }

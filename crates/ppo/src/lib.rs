@@ -18,6 +18,7 @@ mod panels;
 mod partials;
 #[cfg(test)]
 mod pytorch;
+mod quiet;
 mod rollout;
 mod rounded;
 mod slot;

@@ -26,6 +26,8 @@ pub(crate) struct Rollout {
     pub(crate) last_values: Vec<f32>,
     /// Values of the states after the last step, one an environment.
     pub(crate) next_values: Vec<f32>,
+    /// Environments that act without noise in this iteration.
+    pub(crate) quiet: Vec<bool>,
     pub(crate) advantages: Vec<f32>,
     pub(crate) value_targets: Vec<f32>,
 }
@@ -49,6 +51,7 @@ impl Rollout {
             truncated: vec![false; samples],
             last_values: vec![0.0; samples],
             next_values: vec![0.0; num_envs],
+            quiet: vec![false; num_envs],
             advantages: vec![0.0; samples],
             value_targets: vec![0.0; samples],
         }
@@ -126,6 +129,14 @@ impl Rollout {
     pub(crate) fn start_over(&mut self) {
         let row = self.num_envs * self.observation_dim;
         self.observations.copy_within(self.steps * row.., 0);
+    }
+
+    /// Sets the advantages of quiet environments to nothing: their samples teach the critic alone.
+    pub(crate) fn disregard_quiet(&mut self) {
+        for of_step in self.advantages.chunks_exact_mut(self.num_envs) {
+            let of_quiet = of_step.iter_mut().zip(&self.quiet).filter(|(_, quiet)| **quiet);
+            of_quiet.for_each(|(advantage, _)| *advantage = 0.0);
+        }
     }
 
     /// Fills the smooth means.
@@ -224,6 +235,15 @@ mod tests {
         rollout.terminated[4] = true;
         assert_eq!(smooth(&mut rollout), [1.0, 0.0, 4.0, 9.0], "alone: itself");
         assert!(rollout.smooth_means.chunks_exact(2).all(|row| row[1] == 0.0));
+    }
+
+    #[test]
+    fn what_quiet_environments_did_is_neither_good_nor_bad() {
+        let mut rollout = Rollout::new(2, 2, 1, 1);
+        rollout.advantages.copy_from_slice(&[1.0, 2.0, 3.0, 4.0]);
+        rollout.quiet[1] = true;
+        rollout.disregard_quiet();
+        assert_eq!(rollout.advantages, [1.0, 0.0, 3.0, 0.0]);
     }
 
     #[test]

@@ -65,11 +65,12 @@ fn any_number_of_ranks_gives_the_checkpoint_of_one() {
 }
 
 #[test]
-fn also_with_mirror_images_more_blocks_and_samples_left_over() {
+fn also_with_mirror_images_quiet_environments_more_blocks_and_samples_left_over() {
     // 12 288 samples in 7 minibatches: three are left over.
     let config = Config {
         symmetry: SymmetryBy::Samples,
         kinks_at_observations: true,
+        quiet_share: 0.3,
         gradient_blocks: 3,
         minibatches: 7,
         ..config()

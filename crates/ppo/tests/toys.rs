@@ -12,16 +12,31 @@ fn trainer(rule: Rule) -> Trainer<Toy> {
 
 #[test]
 fn learns_to_say_what_it_sees() {
-    let mut trainer = trainer(Rule::Echo);
-    for _ in 0..80 {
-        trainer.iterate().unwrap();
+    for quiet_share in [0.0, 0.4] {
+        let config = Config { quiet_share, ..config() };
+        let mut trainer = Trainer::new(config, 3, Toy::new(Rule::Echo, 64)).unwrap();
+        for _ in 0..80 {
+            trainer.iterate().unwrap();
+        }
+        let policy = trainer.policy();
+        for seen in [-0.8, -0.2, 0.5, 0.9] {
+            let mut said = [0.0];
+            policy.forward(1, &[seen, 0.3], &mut said, &mut ForwardWorkspace::default());
+            assert!((said[0] - seen).abs() < 0.15, "sees {seen}, says {}, quiet: {quiet_share}", said[0]);
+        }
     }
-    let policy = trainer.policy();
-    for seen in [-0.8, -0.2, 0.5, 0.9] {
-        let mut said = [0.0];
-        policy.forward(1, &[seen, 0.3], &mut said, &mut ForwardWorkspace::default());
-        assert!((said[0] - seen).abs() < 0.15, "sees {seen}, says {}", said[0]);
-    }
+}
+
+#[test]
+fn quiet_environments_act_without_noise() {
+    let loss = |quiet_share| {
+        let config = Config { quiet_share, ..config() };
+        let mut trainer = Trainer::new(config, 3, Toy::new(Rule::Echo, 512)).unwrap();
+        -trainer.iterate().unwrap().step_reward
+    };
+    // Of the squared error a variance of 1 is noise's.
+    let spared = loss(0.0) - loss(0.6);
+    assert!((spared - 0.6).abs() < 0.1, "{spared}");
 }
 
 #[test]

@@ -32,6 +32,8 @@ pub enum Purpose {
     SupervisorObservation = 11,
     /// Error of the force that supervisors see in an evaluation.
     ForceObservation = 12,
+    /// When an environment acts without exploration noise.
+    Quiet = 13,
 }
 
 /// A stream of random numbers; `Copy`, so a stream can be replayed.

@@ -7,13 +7,17 @@ use rayon::prelude::*;
 use spatial::{Philox, Purpose};
 
 use super::{TrainError, Trainer};
-use crate::loss::Gaussian;
+use crate::{loss::Gaussian, quiet::keeps_quiet};
 
 impl<E: VecEnv> Trainer<E> {
     /// Steps this rank's environments; returns the time spent in the networks \[s\], and sums: of rewards; of returns, lengths
     /// and number of the episodes that ended.
     pub(super) fn collect(&mut self) -> Result<(f64, [f64; 4]), TrainError> {
         self.engine.load(&self.networks, &self.parameters);
+        let (share, first_env) = (self.config.quiet_share, self.team.own_envs().start);
+        for (env, quiet) in self.rollout.quiet.iter_mut().enumerate() {
+            *quiet = keeps_quiet(share, self.seed, first_env + env, self.iteration);
+        }
         let mut inference_s = 0.0;
         let mut ended = [0.0_f64; 3];
         for step in 0..self.config.steps_per_env {
@@ -67,7 +71,7 @@ impl<E: VecEnv> Trainer<E> {
         let observations = &rollout.observations[range.start * width..range.end * width];
         let span = range.start * actions..range.end * actions;
         let (means, drawn) = (&mut rollout.means[span.clone()], &mut rollout.actions[span]);
-        let values = &mut rollout.values[range.clone()];
+        let (values, quiet) = (&mut rollout.values[range.clone()], &rollout.quiet);
         self.engine.evaluate(&self.networks, observations, Some(&mut *means), values);
         let (seed, iteration, first_env) = (self.seed, self.iteration as u32, self.team.own_envs().start);
         drawn
@@ -77,8 +81,9 @@ impl<E: VecEnv> Trainer<E> {
             .enumerate()
             .for_each(|(env, ((action, mean), log_probability))| {
                 let mut random = Philox::new(seed, first_env + env, iteration, step as u32, Purpose::Action);
+                let scale = if quiet[env] { 0.0 } else { 1.0 };
                 for ((action, mean), std) in action.iter_mut().zip(mean).zip(noise.std()) {
-                    *action = mean + std * random.normal();
+                    *action = mean + scale * std * random.normal();
                 }
                 *log_probability = noise.log_probability(action, mean);
             });

@@ -358,6 +358,7 @@ impl<E: VecEnv> Trainer<E> {
             self.team.gather_samples(advantages, self.config.steps_per_env)
         };
         normalize(advantages, &all);
+        self.rollout.disregard_quiet();
     }
 
     fn non_finite(&self, what: &'static str) -> TrainError {

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     archive::{Archive as _, Archived as _, Reader, Writer},
+    locomotion::TerrainShares,
     simulation::{Simulation, control_steps},
     view::View,
 };
@@ -56,7 +57,7 @@ impl GuidanceEnv {
         seed: u64,
     ) -> Result<Self, String> {
         config.validate()?;
-        let grid = config.terrain.grid(seed)?;
+        let grid = config.terrain.grid(&TerrainShares::default(), seed)?;
         let simulation = Simulation::new(grid.field.clone(), locomotion.physics());
         let observation_noise = config.observation_noise;
         let course = Course { simulation, policy: locomotion, observation_noise, seed };

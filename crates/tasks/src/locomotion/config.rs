@@ -3,37 +3,12 @@
 use physics::Config as PhysicsConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use terrain::{GridConfig, TerrainGrid};
 
-use super::{CommandConfig, DisturbanceConfig, RewardConfig};
+use super::{CommandConfig, DisturbanceConfig, RewardConfig, Terrain, TerrainShares};
 use crate::{
     bounds::within,
     simulation::{Randomization, ResetSpread},
 };
-
-/// The ground robots learn on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Terrain {
-    /// Level ground.
-    Flat,
-    /// Stairs, boxes, roughness and slopes on ten levels, with the curriculum.
-    Rough,
-}
-
-impl Terrain {
-    /// Tiles of this ground, shaped by `seed`.
-    ///
-    /// # Errors
-    /// The terrain cannot be built.
-    pub fn grid(self, seed: u64) -> Result<TerrainGrid, String> {
-        match self {
-            Self::Flat => Ok(TerrainGrid::flat()),
-            Self::Rough => TerrainGrid::new(&GridConfig { seed, ..GridConfig::default() })
-                .map_err(|error| error.to_string()),
-        }
-    }
-}
 
 /// Settings of the locomotion task.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
@@ -68,6 +43,8 @@ pub struct LocomotionConfig {
     pub randomization: Randomization,
     /// First states of episodes.
     pub reset: ResetSpread,
+    /// Kinds of rough ground.
+    pub terrain_shares: TerrainShares,
 }
 
 impl Default for LocomotionConfig {
@@ -87,6 +64,7 @@ impl Default for LocomotionConfig {
             reward: RewardConfig::default(),
             randomization: Randomization::default(),
             reset: ResetSpread::default(),
+            terrain_shares: TerrainShares::default(),
         }
     }
 }
@@ -108,7 +86,8 @@ impl LocomotionConfig {
         self.disturbance.validate()?;
         self.reward.validate()?;
         self.randomization.validate()?;
-        self.reset.validate()
+        self.reset.validate()?;
+        self.terrain_shares.validate()
     }
 
     /// Settings of the physics with these gains.

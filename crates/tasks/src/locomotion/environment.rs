@@ -52,7 +52,7 @@ impl LocomotionEnv {
     /// Names the value that is out of range, and what is allowed.
     pub fn with_share(config: LocomotionConfig, share: Share, seed: u64) -> Result<Self, String> {
         config.validate()?;
-        let grid = config.terrain.grid(seed)?;
+        let grid = config.terrain.grid(&config.terrain_shares, seed)?;
         let simulation = Simulation::new(grid.field.clone(), config.physics());
         let groups = simulation.groups(share.envs.clone(), &config.randomization, seed)?;
         let with_task = |(index, group): (usize, Group)| {

@@ -4,6 +4,7 @@ mod command;
 mod config;
 mod disturbance;
 mod environment;
+mod ground;
 mod mean_error;
 mod metrics;
 pub mod reward;
@@ -12,8 +13,9 @@ mod robot_task;
 mod task_group;
 
 pub use command::CommandConfig;
-pub use config::{LocomotionConfig, Terrain};
+pub use config::LocomotionConfig;
 pub use disturbance::{Disturbance, DisturbanceConfig};
 pub use environment::LocomotionEnv;
+pub use ground::{Terrain, TerrainShares};
 pub use reward_config::RewardConfig;
 pub use robot_task::Way;
