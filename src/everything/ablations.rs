@@ -31,12 +31,20 @@ pub(super) const ABLATIONS: [(&str, &[&[&str]]); 8] = [
     ("ours", &[]),
     (
         "paper-task",
-        &[PAPER_FORCES, &["task.threshold_margin_n=[0,0]", "task.heading_drift=0", "task.fall=0"]],
+        &[
+            PAPER_FORCES,
+            &[
+                "task.threshold_margin_n=[0,0]",
+                "task.pull.noise_n=[0,0,0]",
+                "task.heading_drift=0",
+                "task.fall=0",
+            ],
+        ],
     ),
     ("paper-forces", &[PAPER_FORCES]),
     ("no-symmetry", &[&["ppo.symmetry=none"]]),
     ("no-drift-term", &[&["task.heading_drift=0"]]),
-    ("force-noise", &[&["task.pull.noise_n=[2,2,2]"]]),
+    ("no-force-noise", &[&["task.pull.noise_n=[0,0,0]"]]),
     ("every-0.02-s", &[&["task.supervisor_period_s=0.02"]]),
     ("every-0.2-s", &[&["task.supervisor_period_s=0.2"]]),
 ];

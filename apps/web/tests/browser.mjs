@@ -347,7 +347,7 @@ const tests = {
 
   async "a training is watched while it runs"() {
     const robots = folder ? 1024 : 256;
-    const settings = [`training.num_envs=${robots}`, "ppo.symmetry=none", `training.iterations=${folder ? 30 : 20}`];
+    const settings = [`training.num_envs=${robots}`, `training.iterations=${folder ? 30 : 20}`];
     const training = await train(settings, ["--init-from", resolve("policies/locomotion.onnx"), "--watch", "--no-open"]);
     try {
       const page = await visit(training.url, { width: 1180, height: 720 });

@@ -63,7 +63,7 @@ impl Default for GuidanceConfig {
             observation_noise: 1.0,
             force_unit_n: 1.0,
             pull: PullConfig::default(),
-            threshold_margin_n: [1.1, 1.1],
+            threshold_margin_n: [1.1, 0.8],
             command_rate: -1e-4,
             heading_drift: -2.0,
             fall: -3.0,

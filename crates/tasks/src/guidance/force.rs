@@ -29,8 +29,8 @@ pub struct PullConfig {
     /// Time between two draws; where pulls change more often, what the robot does already says less of what it is to do \[s; 0.1 to
     /// 1000\]. Source: docs/findings.md, "Thresholds"; the paper: 5.
     pub period_s: f32,
-    /// Error of the observed force along x, y and z, uniform, ±; drawn at every supervisor step \[N; 0 to 100\]. Source: ours,
-    /// 0.
+    /// Error of the observed force along x, y and z, uniform, ±; drawn at every supervisor step \[N; 0 to 100\]. Source:
+    /// docs/findings.md, "Thresholds"; the paper: 0.
     pub noise_n: [f32; 3],
 }
 
@@ -43,7 +43,7 @@ impl Default for PullConfig {
             near_threshold_share: 0.8,
             near_threshold_n: 4.0,
             period_s: 2.5,
-            noise_n: [0.0; 3],
+            noise_n: [0.0, 2.0, 0.0],
         }
     }
 }
@@ -56,6 +56,7 @@ impl PullConfig {
             y_n: [-40.0, 40.0],
             near_threshold_share: 0.0,
             period_s: 5.0,
+            noise_n: [0.0; 3],
             ..Self::default()
         }
     }
