@@ -227,6 +227,7 @@ mod tests {
             y_n: [0.0, 0.0],
             z_n: [0.0, 0.0],
             near_threshold_share: 0.0,
+            noise_n: [0.0; 3],
             ..Default::default()
         };
         let reset = crate::simulation::ResetSpread::standing();
