@@ -1,5 +1,6 @@
 //! Results as tables that a person reads on the terminal.
 
+use evaluation::criteria::Criterion;
 use evaluation::measures::reading::Confusion;
 use evaluation::results::{Behavior, BehaviorReward, CaseResult, Group, PlaneResult, Results};
 
@@ -11,6 +12,7 @@ pub fn table(results: &Results) -> String {
         let width = results.cases.iter().map(|case| case.name.len()).max().unwrap_or(0).max(9);
         text += &success(results, width);
         text += &measures(results, width);
+        text += &misses(results, width);
         text += &splits(results, width);
     }
     text += &results.plane.as_ref().map(plane).unwrap_or_default();
@@ -151,6 +153,28 @@ fn measures(results: &Results, width: usize) -> String {
     );
     results.cases.iter().for_each(|case| text += &(row(&case.name, case) + "\n"));
     text
+}
+
+/// What the episodes lacked that did not obey, as shares of all episodes of the case; one may lack several things.
+fn misses(results: &Results, width: usize) -> String {
+    let missed: Vec<&CaseResult> = results.cases.iter().filter(|case| !case.misses.is_empty()).collect();
+    let is_lacked = |name: &str| missed.iter().any(|case| case.misses.iter().any(|miss| miss.of == name));
+    let columns: Vec<&str> =
+        Criterion::ALL.map(Criterion::name).into_iter().filter(|n| is_lacked(n)).collect();
+    if columns.is_empty() {
+        return String::new();
+    }
+    let mut text = format!("\n{:width$}  not obeyed  for want of:", "case");
+    columns.iter().for_each(|column| text += &format!("{column:>11}"));
+    for case in missed {
+        let share = |episodes: usize| episodes as f64 / case.episodes.max(1) as f64;
+        text += &format!("\n{:width$} {:11.3}{:14}", case.name, share(case.episodes - case.successes), "");
+        for column in &columns {
+            let miss = case.misses.iter().find(|miss| miss.of == *column);
+            text += &miss.map_or_else(|| format!("{:>11}", "–"), |m| format!("{:11.3}", share(m.episodes)));
+        }
+    }
+    text + "\n"
 }
 
 /// Success by what the episodes of a case met, with how many met it.

@@ -118,6 +118,8 @@ fn owned(settings: &[&str]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use tasks::guidance::PullConfig;
+
     use super::*;
 
     #[test]
@@ -127,6 +129,12 @@ mod tests {
             let config: SupervisorRun = resolve_text("defaults", "", &owned(&settings.concat())).unwrap();
             config.validate().unwrap();
             assert_eq!(config == plain, name == "ours", "{name}");
+            let pull = match name {
+                "paper-task" => PullConfig::paper(),
+                "paper-forces" => PullConfig { noise_n: plain.task.pull.noise_n, ..PullConfig::paper() },
+                _ => continue,
+            };
+            assert_eq!(config.task.pull, pull, "{name}");
         }
     }
 }

@@ -1,4 +1,5 @@
 //! Suites, success criteria, statistics and the report.
+pub mod criteria;
 pub mod exchange;
 pub mod film;
 mod guided;

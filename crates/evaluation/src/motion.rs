@@ -1,6 +1,4 @@
-//! How a robot moved, and whether that is what the hand meant.
-
-use tasks::guidance::Behavior;
+//! How a robot moved.
 
 use crate::recording::{MEAN_STEPS, STEP_S, Sample, steps};
 
@@ -54,22 +52,6 @@ impl Motion {
             heading_drift: (turned(&drift) - f64::from(yaw_rate) * drift_s) * 10.0 / drift_s,
         }
     }
-
-    /// Whether this is what the pull meant, for a robot that did not fall.
-    ///
-    /// Tolerances: design and reference section 7.2; the paper gives none.
-    pub fn obeys(&self, behavior: Behavior, target: [f32; 3]) -> bool {
-        let [v_x, v_y, yaw_rate] = self.velocity;
-        let straight = self.heading_change.abs() <= 15.0_f64.to_radians();
-        let asked = f64::from(target[2]);
-        let turns = yaw_rate * asked > 0.0 && (yaw_rate - asked).abs() <= (0.25 * asked.abs()).max(0.15);
-        match behavior {
-            Behavior::Walk => (v_x - 0.8).abs() <= 0.2 && v_y.abs() <= 0.15 && straight,
-            Behavior::Stop => self.planar_speed <= 0.10 && self.excursion <= 0.30 && straight,
-            Behavior::Turn => v_x >= 0.4 && turns && v_y.atan2(v_x).abs() <= 20.0_f64.to_radians(),
-            Behavior::Spin => self.planar_speed <= 0.15 && self.excursion <= 0.5 && turns,
-        }
-    }
 }
 
 /// Samples of a window \[s\]; sample 0 is the first control step under the force.
@@ -78,11 +60,11 @@ pub(crate) fn range([from, to]: [f64; 2]) -> std::ops::Range<usize> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// Twelve seconds at a constant velocity, with a ripple that averages out over half a second.
-    fn steady(v_x: f32, v_y: f32, yaw_rate: f32) -> Vec<Sample> {
+    pub(crate) fn steady(v_x: f32, v_y: f32, yaw_rate: f32) -> Vec<Sample> {
         let (mut position, mut yaw) = ([0.0, 0.0], 0.0_f32);
         let dt = STEP_S as f32;
         (0..600)
@@ -96,10 +78,6 @@ mod tests {
             .collect()
     }
 
-    fn obeys(behavior: Behavior, target: [f32; 3], [v_x, v_y, yaw_rate]: [f32; 3]) -> bool {
-        Motion::of(&steady(v_x, v_y, yaw_rate), target[2]).obeys(behavior, target)
-    }
-
     #[test]
     fn measures_of_a_steady_motion() {
         let motion = Motion::of(&steady(0.8, 0.1, 0.5), 0.4);
@@ -109,38 +87,5 @@ mod tests {
         assert!((motion.heading_drift - 1.0).abs() < 1e-3);
         // A circle of diameter 2 · 0.806 / 0.5 m; half of it takes 6.3 s.
         assert!((motion.excursion - 3.22).abs() < 0.02, "{}", motion.excursion);
-    }
-
-    #[test]
-    fn every_criterion_just_inside_and_just_outside() {
-        use Behavior::{Spin, Stop, Turn, Walk};
-        let walk = [0.8, 0.0, 0.0];
-        let turn = [0.8, 0.0, 0.6];
-        let spin = [0.0, 0.0, 0.6];
-        let table = [
-            (Walk, walk, [0.61, 0.0, 0.0], true),
-            (Walk, walk, [0.59, 0.0, 0.0], false),
-            (Walk, walk, [0.8, 0.16, 0.0], false),
-            // 15° over 6 s are 0.0436 rad/s.
-            (Walk, walk, [0.8, 0.0, 0.043], true),
-            (Walk, walk, [0.8, 0.0, 0.045], false),
-            (Stop, [0.0; 3], [0.0, 0.0, 0.0], true),
-            // 0.30 m in 6 s.
-            (Stop, [0.0; 3], [0.049, 0.0, 0.0], true),
-            (Stop, [0.0; 3], [0.052, 0.0, 0.0], false),
-            (Stop, [0.0; 3], [0.0, 0.0, -0.05], false),
-            (Turn, turn, [0.41, 0.0, 0.46], true),
-            (Turn, turn, [0.39, 0.0, 0.6], false),
-            (Turn, turn, [0.8, 0.0, 0.44], false),
-            (Turn, turn, [0.8, 0.0, -0.6], false),
-            (Turn, turn, [0.8, 0.3, 0.6], false),
-            (Spin, spin, [0.0, 0.0, 0.74], true),
-            (Spin, spin, [0.0, 0.0, 0.76], false),
-            (Spin, spin, [0.14, 0.0, 0.6], true),
-            (Spin, spin, [0.16, 0.0, 0.6], false),
-        ];
-        for (behavior, target, velocity, expected) in table {
-            assert_eq!(obeys(behavior, target, velocity), expected, "{behavior} {velocity:?}");
-        }
     }
 }

@@ -3,6 +3,7 @@
 use tasks::guidance::{Behavior, behavior_reward};
 
 use crate::{
+    criteria::{Criterion, missed, misses},
     measures::{
         chatter::switches_per_10s,
         comfort::{Comfort, comfort},
@@ -34,8 +35,8 @@ pub fn episode_steps(case: &Case) -> usize {
 /// What one episode showed.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    fell: bool,
-    obeyed: bool,
+    /// What it lacked of its behavior; nothing, if it obeyed.
+    missed: Vec<Criterion>,
     motion: Motion,
     /// Mean behavior reward, 0 after a fall.
     reward: f64,
@@ -58,8 +59,11 @@ impl Outcome {
         let side = f64::from(case.force[1]);
         let stands = matches!(behavior, Behavior::Stop | Behavior::Spin);
         Self {
-            fell: recording.fell(),
-            obeyed: !recording.fell() && motion.obeys(behavior, target),
+            missed: if recording.fell() {
+                vec![Criterion::Upright]
+            } else {
+                missed(&motion, behavior, target)
+            },
             motion,
             reward: recording.upright().iter().map(|s| reward_of(s).1).sum::<f64>() / pulled.len() as f64,
             reading: nearest(mean_velocity(&settled[range(WINDOW_S)]), side),
@@ -71,6 +75,14 @@ impl Outcome {
             met,
         }
     }
+
+    fn fell(&self) -> bool {
+        self.missed.contains(&Criterion::Upright)
+    }
+
+    fn obeyed(&self) -> bool {
+        self.missed.is_empty()
+    }
 }
 
 /// What the force of a step means, and the behavior reward of its velocity.
@@ -81,13 +93,13 @@ pub fn reward_of(sample: &Sample) -> (Behavior, f64) {
 
 /// What the episodes of a case showed together.
 pub fn summarize(case: &Case, episodes: &[Outcome]) -> CaseResult {
-    let falls = episodes.iter().filter(|episode| episode.fell).count();
-    let obeyed = episodes.iter().filter(|episode| episode.obeyed).count();
+    let falls = episodes.iter().filter(|episode| episode.fell()).count();
+    let obeyed = episodes.iter().filter(|episode| episode.obeyed()).count();
     let count = episodes.len().max(1) as f64;
     let mean_motion =
         |of: &dyn Fn(&Motion) -> f64| episodes.iter().map(|e| of(&e.motion)).sum::<f64>() / count;
     // Measures of robots that stayed on their feet.
-    let upright: Vec<&Outcome> = episodes.iter().filter(|episode| !episode.fell).collect();
+    let upright: Vec<&Outcome> = episodes.iter().filter(|episode| !episode.fell()).collect();
     let mean_of = |of: &dyn Fn(&Outcome) -> f64| mean(&upright.iter().map(|e| of(e)).collect::<Vec<_>>());
     let median_of = |of: &dyn Fn(&Outcome) -> Option<f64>| {
         // What did not happen took forever.
@@ -111,7 +123,8 @@ pub fn summarize(case: &Case, episodes: &[Outcome]) -> CaseResult {
         position_drift_m: Some(mean_motion(&|m| m.excursion)),
         reward: Some(episodes.iter().map(|episode| episode.reward).sum::<f64>() / count),
         read_as: Some(read_as),
-        splits: splits(episodes.iter().map(|episode| (episode.met, episode.obeyed))),
+        misses: misses(episodes.iter().map(|episode| episode.missed.as_slice())),
+        splits: splits(episodes.iter().map(|episode| (episode.met, episode.obeyed()))),
         command_latency_50_s: latency_of(|l| l.command_50_s),
         command_latency_90_s: latency_of(|l| l.command_90_s),
         velocity_latency_90_s: latency_of(|l| l.velocity_90_s),

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use tasks::guidance::{Behavior, PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
 
 use crate::{
+    criteria::Miss,
     measures::{reading::Readings, split::Split},
     statistics::wilson_interval,
 };
@@ -103,6 +104,9 @@ pub struct CaseResult {
     /// What the episodes looked like, by Table II's nearest behavior; fallen robots are not counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub read_as: Option<Readings>,
+    /// The episodes that did not obey, by what they lacked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misses: Vec<Miss>,
     /// The same episodes by the ground they were on and by their friction, where they differ in that.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub splits: Vec<Split>,
