@@ -246,3 +246,28 @@ fn rewards(results: &Results) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use evaluation::criteria::Miss;
+
+    use super::*;
+
+    #[test]
+    fn what_is_missed_is_shown_for_the_cases_that_miss_it() {
+        let miss = |of: &str, episodes| Miss { of: of.into(), episodes };
+        let case = |name: &str, obeyed, misses| CaseResult {
+            name: name.into(),
+            misses,
+            ..CaseResult::from_counts(40, obeyed, 0)
+        };
+        let spin = case("-100/50", 30, vec![miss("place", 4), miss("yaw rate", 8)]);
+        let stop = case("-60/0", 38, vec![miss("place", 2)]);
+        let results = Results { cases: vec![case("0/0", 40, vec![]), spin, stop], ..Results::default() };
+        let expected = "\ncase       not obeyed  for want of:      place   yaw rate\n\
+             -100/50         0.250                    0.100      0.200\n\
+             -60/0           0.050                    0.050          –\n";
+        assert_eq!(misses(&results, 9), expected);
+        assert!(misses(&Results::default(), 9).is_empty());
+    }
+}
