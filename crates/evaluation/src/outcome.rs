@@ -124,7 +124,7 @@ pub fn summarize(case: &Case, episodes: &[Outcome]) -> CaseResult {
         reward: Some(episodes.iter().map(|episode| episode.reward).sum::<f64>() / count),
         read_as: Some(read_as),
         misses: misses(episodes.iter().map(|episode| episode.missed.as_slice())),
-        splits: splits(episodes.iter().map(|episode| (episode.met, episode.obeyed()))),
+        splits: splits(episodes.iter().map(|episode| (episode.met, episode.missed.as_slice()))),
         command_latency_50_s: latency_of(|l| l.command_50_s),
         command_latency_90_s: latency_of(|l| l.command_90_s),
         velocity_latency_90_s: latency_of(|l| l.velocity_90_s),

@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use terrain::SubTerrain;
 
+use crate::criteria::{Criterion, Miss, misses};
+
 /// Bands of friction: each up to this value, and what it is called. Slipping begins to matter below 0.7 (docs/findings.md, "Less
 /// noise at the end").
 const FRICTION: [(f64, &str); 3] =
@@ -34,17 +36,25 @@ pub struct Split {
     pub episodes: usize,
     /// Those that met the criterion of their behavior.
     pub successes: usize,
+    /// The others, by what they lacked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misses: Vec<Miss>,
 }
 
-/// Counts episodes by what they met, kinds of ground first; what no episode met is left out.
-pub fn splits(episodes: impl Iterator<Item = (Met, bool)> + Clone) -> Vec<Split> {
+/// Counts episodes by what they met, kinds of ground first; what no episode met is left out. Of each: what it met, what it lacked.
+pub fn splits<'a>(episodes: impl Iterator<Item = (Met, &'a [Criterion])> + Clone) -> Vec<Split> {
     let grounds = SubTerrain::ALL.map(SubTerrain::name);
     let frictions = FRICTION.map(|(_, name)| name);
     let names = grounds.into_iter().chain(frictions);
     let split = |name: &str| {
         let own = episodes.clone().filter(|(met, _)| met.names().contains(&Some(name)));
-        let (count, obeyed) = own.fold((0, 0), |sum, (_, obeyed)| (sum.0 + 1, sum.1 + usize::from(obeyed)));
-        Split { of: name.to_owned(), episodes: count, successes: obeyed }
+        let lacked = own.map(|(_, missed)| missed);
+        Split {
+            of: name.to_owned(),
+            episodes: lacked.clone().count(),
+            successes: lacked.clone().filter(|missed| missed.is_empty()).count(),
+            misses: misses(lacked),
+        }
     };
     names.map(split).filter(|split| split.episodes > 0).collect()
 }
@@ -56,11 +66,12 @@ mod tests {
     #[test]
     fn every_episode_counts_once_for_its_ground_and_once_for_its_friction() {
         let met = |ground, friction| Met { ground: Some(ground), friction: Some(friction) };
+        let slow: &[Criterion] = &[Criterion::YawRate];
         let episodes = [
-            (met(SubTerrain::Boxes, 0.45), false),
-            (met(SubTerrain::Boxes, 0.7), true),
-            (met(SubTerrain::StairsUp, 1.2), true),
-            (Met::default(), true),
+            (met(SubTerrain::Boxes, 0.45), slow),
+            (met(SubTerrain::Boxes, 0.7), &[]),
+            (met(SubTerrain::StairsUp, 1.2), &[]),
+            (Met::default(), &[]),
         ];
         let found = splits(episodes.into_iter());
         let text: Vec<_> = found.iter().map(|s| (s.of.as_str(), s.episodes, s.successes)).collect();
@@ -72,6 +83,8 @@ mod tests {
             ("friction above 0.7", 1, 1),
         ];
         assert_eq!(text, expected);
-        assert!(splits([(Met::default(), true)].into_iter()).is_empty());
+        let lacking: Vec<_> = found.iter().filter(|s| !s.misses.is_empty()).map(|s| s.of.as_str()).collect();
+        assert_eq!(lacking, ["boxes", "friction to 0.5"]);
+        assert!(splits([(Met::default(), slow)].into_iter()).is_empty());
     }
 }
