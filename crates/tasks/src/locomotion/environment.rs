@@ -21,7 +21,7 @@ use crate::{
 
 const OBSERVATION: usize = layout::LOCOMOTION_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 3;
+const STATE_VERSION: u32 = 4;
 
 /// The locomotion task for a number of robots.
 pub struct LocomotionEnv {

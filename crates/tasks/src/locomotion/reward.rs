@@ -16,6 +16,8 @@ pub struct StepQuantities<'a> {
     pub command: [f32; 3],
     /// Squared length of the running mean of the velocity less that; (m/s)² and (rad/s)² alike.
     pub mean_error: f32,
+    /// Distance on the plane from where the command was given \[m\].
+    pub displacement: f32,
     /// Joint positions minus default \[rad\].
     pub joint_offset: &'a [f32; 12],
     /// Change of joint velocities over the control step, divided by it \[rad/s²\].
@@ -39,7 +41,7 @@ pub struct StepQuantities<'a> {
 }
 
 /// Number of terms.
-pub const TERMS: usize = 20;
+pub const TERMS: usize = 21;
 /// The first of them pay for going as told; the rest grow with [`RewardConfig::penalty_scale_at`].
 const PAYING_TERMS: usize = 8;
 
@@ -84,6 +86,7 @@ const TERM_TABLE: [Term; TERMS] = [
     ("stand_still", |w| w.stand_still, |q, _| stand_still(q)),
     ("lifted_foot", |w| w.lifted_foot, |q, _| lifted_feet(q)),
     ("stumble", |w| w.stumble, |q, _| q.stumbles.iter().filter(|&&stumbles| stumbles).count() as f32),
+    ("displacement", |w| w.displacement, |q, _| displacement(q)),
 ];
 
 /// Names of the terms, in the order of [`RewardConfig::terms`].
@@ -193,6 +196,10 @@ fn lifted_feet(q: &StepQuantities<'_>) -> f32 {
     if is_told_to_move(q) { 0.0 } else { q.carries.iter().filter(|&&carries| !carries).count() as f32 }
 }
 
+fn displacement(q: &StepQuantities<'_>) -> f32 {
+    if is_told_to_travel(q) { 0.0 } else { q.displacement.min(1.0) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -208,6 +215,7 @@ mod tests {
             },
             command: [1.0, 0.0, 0.3],
             mean_error: 0.02,
+            displacement: 0.3,
             joint_offset: &[0.1; 12],
             joint_acceleration: &[10.0; 12],
             joint_torque: &[20.0; 12],
@@ -248,6 +256,7 @@ mod tests {
             stand_still: 1.0,
             lifted_foot: 1.0,
             stumble: 1.0,
+            displacement: 1.0,
             fall: -3.0,
             penalty_start: 1.0,
             penalty_ramp_steps: 0,
@@ -274,6 +283,7 @@ mod tests {
             0.0,
             0.0,
             2.0,
+            0.0,
         ];
         for ((name, value), expected) in
             term_names().iter().zip(unit.terms(&quantities(), 1.0, 1.0)).zip(expected)
@@ -289,6 +299,9 @@ mod tests {
         assert_eq!(terms[18], 3.0, "one foot of four carries");
         assert_eq!(terms[5..8], [0.0; 3], "told to stand neither progress nor a trot is paid for");
         assert_eq!(terms[13], 0.0, "nor air time");
+        assert_eq!(terms[20], 0.3, "but to be elsewhere costs");
+        let spin = StepQuantities { command: [0.0, 0.0, 0.6], displacement: 1.7, ..quantities() };
+        assert_eq!(unit.terms(&spin, 1.0, 1.0)[20], 1.0, "at most a metre");
         let gentle = unit.terms(&still, 0.5, 1.0);
         assert_eq!((gentle[1], gentle[17]), (terms[1], 0.5 * terms[17]), "tracking keeps its strength");
     }

@@ -67,6 +67,10 @@ pub struct RewardConfig {
     /// stuck and turn about them \[1/s; -100 to 0\]. Source: legged_gym, which has the term with a weight of 0; docs/findings.md,
     /// "Robots that get stuck".
     pub stumble: f32,
+    /// Distance from where the command was given, at most 1 m, while told to stand or to turn on the spot: on stairs robots drift
+    /// downhill under a pull, slower than the swing of their gait \[1/(m s); -100 to 0\]. Source: ours; docs/findings.md, "At the edge
+    /// of what it can hold".
+    pub displacement: f32,
     /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
     /// ours.
     pub fall: f32,
@@ -108,6 +112,7 @@ impl Default for RewardConfig {
             stand_still: -0.03,
             lifted_foot: 0.0,
             stumble: 0.0,
+            displacement: 0.0,
             fall: -1.0,
             penalty_start: 0.2,
             penalty_ramp_steps: 12_000,

@@ -25,6 +25,8 @@ pub(super) struct RobotTask {
     pub(super) command: [f32; 3],
     /// Since that command was given.
     pub(super) mean_error: MeanError,
+    /// Where the robot was then: x, y \[m\].
+    pub(super) told_at: [f32; 2],
     /// Step at which the next command is drawn.
     pub(super) next_command: u32,
     /// Step at which the force ends, and at which the next is drawn.
@@ -35,9 +37,10 @@ pub(super) struct RobotTask {
 }
 
 impl RobotTask {
-    /// Gives a new command.
-    pub(super) fn tell(&mut self, command: [f32; 3]) {
+    /// Gives a new command to a robot at x, y \[m\].
+    pub(super) fn tell(&mut self, command: [f32; 3], position: [f32; 2]) {
         self.command = command;
+        self.told_at = position;
         self.mean_error = MeanError::default();
     }
 }
@@ -80,6 +83,7 @@ impl Archived for RobotTask {
         archive.f32(&mut self.way.commanded);
         archive.f32s(&mut self.command);
         archive.f32s(&mut self.mean_error.0);
+        archive.f32s(&mut self.told_at);
         archive.f32s(&mut self.previous_action);
     }
 }

@@ -60,19 +60,26 @@ impl TaskGroup {
         self.draw_command_and_force(shared, lane);
     }
 
+    /// Where a robot is: x, y \[m\].
+    fn place(&self, lane: usize) -> [f32; 2] {
+        let [x, y, _] = self.group.base_motion(lane).position;
+        [x, y]
+    }
+
     /// Draws what is due at this step.
     fn draw_command_and_force(&mut self, shared: &Shared<'_>, lane: usize) {
         let step = self.robots[lane].step;
         if step >= self.robots[lane].next_command {
+            let place = self.place(lane);
             let mut random = self.random(shared, lane, Purpose::Command);
             let config = &shared.config.command;
             let robot = &mut self.robots[lane];
-            robot.tell(config.draw(&mut random));
+            robot.tell(config.draw(&mut random), place);
             let [short, long] = config.period_s;
             robot.next_command = step + control_steps(random.uniform(short, long));
         }
-        let input = &mut self.group.block.input;
         if step >= self.robots[lane].next_force {
+            let place = self.place(lane);
             let mut random = self.random(shared, lane, Purpose::Disturbance);
             let drawn = shared.config.disturbance.draw(shared.progress, &mut random);
             let input = &mut self.group.block.input;
@@ -82,10 +89,11 @@ impl TaskGroup {
             robot.force_end = step + control_steps(drawn.duration_s);
             robot.next_force = step + control_steps(drawn.period_s);
             if drawn.meant {
-                robot.tell(Behavior::of_force(drawn.hand_force).target(drawn.hand_force));
+                robot.tell(Behavior::of_force(drawn.hand_force).target(drawn.hand_force), place);
                 robot.next_command = robot.force_end.min(robot.next_force);
             }
         } else if step >= self.robots[lane].force_end {
+            let input = &mut self.group.block.input;
             input.base_force.set(lane, [0.0; 3]);
             input.hand_force.set(lane, [0.0; 3]);
         }
@@ -156,7 +164,7 @@ impl TaskGroup {
             (number(&block.state.joint_velocity[j]) - number(&previous_joint_velocity[j])) / CONTROL_PERIOD_S
         });
         let command = shared.config.command.meant(robot.command);
-        let [v_x, v_y, _] = motion.linear_velocity;
+        let ([v_x, v_y, _], [x, y, _]) = (motion.linear_velocity, motion.position);
         let velocity = [v_x, v_y, motion.angular_velocity[2]];
         let mean_error = robot.mean_error.update(std::array::from_fn(|i| velocity[i] - command[i]));
         let hand_touches = contacts.hand_force[lane] > CONTACT_THRESHOLD_N;
@@ -164,6 +172,7 @@ impl TaskGroup {
             motion,
             command,
             mean_error,
+            displacement: (x - robot.told_at[0]).hypot(y - robot.told_at[1]),
             joint_offset: &std::array::from_fn(|j| position[j] - default[j]),
             joint_acceleration: &acceleration,
             joint_torque: &std::array::from_fn(|j| number(&block.output.joint_torque[j])),
