@@ -1,8 +1,9 @@
 //! Results as tables that a person reads on the terminal.
 
-use evaluation::criteria::{Criterion, Miss};
 use evaluation::measures::reading::Confusion;
-use evaluation::results::{Behavior, BehaviorReward, CaseResult, Group, PlaneResult, Results};
+use evaluation::results::{
+    Behavior, BehaviorReward, CaseResult, Group, MissedRow, MissedTable, PlaneResult, Results,
+};
 
 /// All tables of some results.
 pub fn table(results: &Results) -> String {
@@ -12,7 +13,7 @@ pub fn table(results: &Results) -> String {
         let width = results.cases.iter().map(|case| case.name.len()).max().unwrap_or(0).max(9);
         text += &success(results, width);
         text += &measures(results, width);
-        text += &misses(results, width);
+        text += &missed(results, width);
         text += &splits(results, width);
     }
     text += &results.plane.as_ref().map(plane).unwrap_or_default();
@@ -155,37 +156,16 @@ fn measures(results: &Results, width: usize) -> String {
     text
 }
 
-/// Below it the kinds of ground and the frictions are told of where more than this share of the episodes does not obey.
-const WORTH_TELLING: f64 = 0.1;
-
-/// What the episodes lacked that did not obey, as shares of all episodes of the case; one may lack several things.
-fn misses(results: &Results, width: usize) -> String {
-    let mut rows: Vec<(String, usize, usize, &[Miss])> = Vec::new();
-    for case in results.cases.iter().filter(|case| !case.misses.is_empty()) {
-        rows.push((case.name.clone(), case.episodes, case.successes, &case.misses));
-        for split in &case.splits {
-            if (split.episodes - split.successes) as f64 > WORTH_TELLING * split.episodes as f64 {
-                rows.push((format!("  {}", split.of), split.episodes, split.successes, &split.misses));
-            }
-        }
-    }
-    let is_lacked =
-        |name: &str| rows.iter().any(|(_, _, _, misses)| misses.iter().any(|miss| miss.of == name));
-    let columns: Vec<&str> =
-        Criterion::ALL.map(Criterion::name).into_iter().filter(|name| is_lacked(name)).collect();
-    if columns.is_empty() {
-        return String::new();
-    }
-    let width = rows.iter().map(|(name, ..)| name.len()).max().unwrap_or(0).max(width);
+/// What the episodes lacked that did not obey.
+fn missed(results: &Results, width: usize) -> String {
+    let Some(MissedTable { criteria, rows }) = results.missed() else { return String::new() };
+    let name = |row: &MissedRow<'_>| format!("{}{}", if row.is_part { "  " } else { "" }, row.name);
+    let width = rows.iter().map(|row| name(row).len()).max().unwrap_or(0).max(width);
     let mut text = format!("\n{:width$}  not obeyed  for want of:", "case");
-    columns.iter().for_each(|column| text += &format!("{column:>11}"));
-    for (name, episodes, obeyed, misses) in rows {
-        let share = |count: usize| count as f64 / episodes.max(1) as f64;
-        text += &format!("\n{name:width$} {:11.3}{:14}", share(episodes - obeyed), "");
-        for column in &columns {
-            let miss = misses.iter().find(|miss| miss.of == *column);
-            text += &miss.map_or_else(|| format!("{:>11}", "–"), |m| format!("{:11.3}", share(m.episodes)));
-        }
+    criteria.iter().for_each(|criterion| text += &format!("{criterion:>11}"));
+    for row in &rows {
+        text += &format!("\n{:width$} {:11.3}{:14}", name(row), row.not_obeyed, "");
+        row.lacking.iter().for_each(|&share| text += &number(share, 11, 3));
     }
     text + "\n"
 }
@@ -262,31 +242,24 @@ fn rewards(results: &Results) -> String {
 
 #[cfg(test)]
 mod tests {
-    use evaluation::measures::split::Split;
+    use evaluation::criteria::Miss;
 
     use super::*;
 
     #[test]
-    fn what_is_missed_is_shown_for_the_cases_that_miss_it_and_the_grounds_where_it_is_often() {
+    fn what_is_missed_is_shown_for_the_cases_that_miss_it() {
         let miss = |of: &str, episodes| Miss { of: of.into(), episodes };
-        let split = |of: &str, episodes, misses| Split { of: of.into(), episodes, successes: 19, misses };
-        let case = |name: &str, obeyed, misses, splits| CaseResult {
+        let case = |name: &str, obeyed, misses| CaseResult {
             name: name.into(),
             misses,
-            splits,
             ..CaseResult::from_counts(50, obeyed, 0)
         };
-        let boxes = split("boxes", 29, vec![miss("place", 4), miss("yaw rate", 8)]);
-        let slopes = split("slope up", 21, vec![miss("yaw rate", 2)]);
-        let spin = case("-100/50", 38, vec![miss("place", 4), miss("yaw rate", 10)], vec![boxes, slopes]);
-        let stop = case("-60/0", 48, vec![miss("place", 2)], vec![]);
-        let results =
-            Results { cases: vec![case("0/0", 50, vec![], vec![]), spin, stop], ..Results::default() };
+        let spin = case("-100/50", 38, vec![miss("place", 4), miss("yaw rate", 10)]);
+        let stop = case("-60/0", 48, vec![miss("place", 2)]);
+        let results = Results { cases: vec![case("0/0", 50, vec![]), spin, stop], ..Results::default() };
         let expected = "\ncase       not obeyed  for want of:      place   yaw rate\n\
              -100/50         0.240                    0.080      0.200\n\
-             \x20 boxes         0.345                    0.138      0.276\n\
              -60/0           0.040                    0.040          –\n";
-        assert_eq!(misses(&results, 9), expected);
-        assert!(misses(&Results::default(), 9).is_empty());
+        assert_eq!(missed(&results, 9), expected);
     }
 }

@@ -1,10 +1,10 @@
-//! Two more tables: how fast and how gently pulls are answered, and what they were taken for.
+//! Three more tables: what was lacking, how fast and how gently pulls are answered, and what they were taken for.
 
 use super::ReportData;
 use super::markup::Element;
-use super::number::fixed;
+use super::number::{fixed, percentage};
 use super::tables::{cell, row_head, table, word};
-use crate::results::{Behavior, CaseResult};
+use crate::results::{Behavior, CaseResult, MissedRow};
 
 /// Columns of the table: head, decimals, value.
 type Column = (&'static str, usize, fn(&CaseResult) -> Option<f64>);
@@ -21,6 +21,24 @@ const COLUMNS: [Column; 10] = [
     ("m/s²", 2, |c| c.hand_acceleration_mps2),
     ("m/s³", 2, |c| c.hand_jerk_mps3),
 ];
+
+/// What the episodes lacked that did not obey; `None` if all did.
+pub(super) fn missed(data: &ReportData) -> Option<Element> {
+    let found = data.judged.missed()?;
+    let plain = |name: &str| Element::new("th").with("scope", "col").text(name);
+    let heads = ["not obeyed"].into_iter().chain(found.criteria.iter().copied()).map(plain);
+    let head = Element::new("tr").child(word("th", "case")).children(heads);
+    let row = |row: &MissedRow<'_>| {
+        let shares = [Some(row.not_obeyed)].into_iter().chain(row.lacking.iter().copied());
+        let name = if row.is_part { format!("… {}", row.name) } else { row.name.to_owned() };
+        let cells = shares.map(|share| cell(share.map_or_else(|| "–".into(), percentage)));
+        Element::new("tr").child(row_head(&name)).children(cells)
+    };
+    let body = Element::new("tbody").children(found.rows.iter().map(row));
+    let caption = "What the episodes lacked that did not obey, in percent of all episodes of the row; one may lack several \
+                   things. Below a case the kinds of ground and the frictions with which more than a tenth did not.";
+    Some(table(Element::new("caption").text(caption), head, body))
+}
 
 /// Reactions and comfort of every case; `None` where none was measured.
 pub(super) fn reactions(data: &ReportData) -> Option<Element> {
@@ -66,14 +84,24 @@ pub(super) fn confusion(data: &ReportData) -> Option<Element> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::criteria::Miss;
     use crate::measures::reading::Readings;
     use crate::results::Results;
+
+    #[test]
+    fn what_was_missed_is_told_in_percent() {
+        let mut data = ReportData::default();
+        let misses = vec![Miss { of: "place".into(), episodes: 10 }];
+        data.judged.cases.push(CaseResult { misses, ..CaseResult::from_counts(40, 30, 0) });
+        let text = missed(&data).unwrap().to_string();
+        assert!(text.contains("place") && text.contains("<td>25.0</td><td>25.0</td>"), "{text}");
+    }
 
     #[test]
     fn what_was_not_measured_is_left_out_or_a_dash() {
         let mut data = ReportData::default();
         data.judged.cases.push(CaseResult::default());
-        assert!(reactions(&data).is_none() && confusion(&data).is_none());
+        assert!(reactions(&data).is_none() && confusion(&data).is_none() && missed(&data).is_none());
         let readings = Readings { walk: 7, ..Readings::default() };
         let case =
             CaseResult { switches_per_10s: Some(1.25), read_as: Some(readings), ..CaseResult::default() };

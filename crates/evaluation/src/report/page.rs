@@ -35,6 +35,7 @@ fn body(data: &ReportData) -> Element {
         section("Success", [bars::success(data)]),
         section("Paths", [paths::from_above(data)]),
         section("Cases", [tables::cases(data)]),
+        section("What was lacking", [measures::missed(data)]),
         section("Reactions and comfort", [measures::reactions(data)]),
         section("What was understood", [measures::confusion(data)]),
         section("What counts as success", [prose::criteria(data)]),

@@ -4,6 +4,7 @@
 //! version does not know are skipped on read, so an old program reads a newer file.
 
 mod case;
+mod missed;
 
 use std::fs;
 use std::io;
@@ -15,6 +16,7 @@ pub use tasks::guidance::Behavior;
 use tasks::guidance::{PAPER_TOTAL, PULL_THRESHOLD_X_N, PULL_THRESHOLD_Y_N};
 
 pub use case::{CaseResult, Group};
+pub use missed::{MissedRow, MissedTable};
 
 use crate::{
     measures::{reading::Confusion, threshold::Threshold},
