@@ -26,7 +26,7 @@ use crate::run_folder::write_atomic;
 /// Level of rough ground and stairs.
 const LEVEL: usize = 5;
 /// Episodes of a case in the other engine, which is slower.
-const OTHER_ENGINE_EPISODES: usize = 20;
+const OTHER_ENGINE_EPISODES: usize = 40;
 /// Control steps of a figure over time: 10 s.
 const SERIES_STEPS: usize = 500;
 
