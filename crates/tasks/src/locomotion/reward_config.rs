@@ -68,7 +68,7 @@ pub struct RewardConfig {
     /// "Robots that get stuck".
     pub stumble: f32,
     /// Distance from where the command was given, at most 1 m, while told to stand or to turn on the spot: on stairs robots drift
-    /// downhill under a pull, slower than the swing of their gait \[1/(m s); -100 to 0\]. Source: ours; docs/findings.md, "At the edge
+    /// from their place under a pull, more slowly than their gait swings \[1/(m s); -100 to 0\]. Source: ours; docs/findings.md, "At the edge
     /// of what it can hold".
     pub displacement: f32,
     /// Paid once for a fall, not per second, and outside the sum that `only_positive` cuts off \[1; -1000 to 0\]. Source:
