@@ -30,35 +30,51 @@ const OTHER_ENGINE: [(Ground, usize); 3] = [(Ground::Flat, 20), (Ground::Rough, 
 /// Control steps of a figure over time: 10 s.
 const SERIES_STEPS: usize = 500;
 
-/// One judgment: suite, ground, randomized, supervisor.
-type Part = (&'static str, Ground, bool, &'static str);
+/// The robots of a judgment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Robots {
+    Nominal,
+    Randomized,
+    /// Randomized, but all with this friction \[1\].
+    Slippery(f64),
+    /// Nominal, and the pulls that are seen do not act.
+    Unloaded,
+}
+
+/// One judgment: suite, ground, robots, supervisor.
+type Part = (&'static str, Ground, Robots, &'static str);
 
 /// All judgments, in the order of what a reader wants first.
-const PARTS: [Part; 22] = {
+const PARTS: [Part; 26] = {
     use Ground::{Flat, Rough, Stairs};
+    use Robots::{Nominal, Randomized, Slippery, Unloaded};
     [
-        ("paper17", Flat, false, SHIPPED),
-        ("mirror17", Flat, false, SHIPPED),
-        ("paper17", Flat, false, "oracle"),
-        ("paper17", Flat, false, "rules"),
-        ("paper17", Flat, false, "dominance"),
-        ("paper17", Flat, true, SHIPPED),
-        ("mirror17", Flat, true, SHIPPED),
-        ("paper17", Rough, false, SHIPPED),
-        ("paper17", Rough, false, "oracle"),
-        ("paper17", Stairs, false, SHIPPED),
-        ("edges", Flat, false, SHIPPED),
-        ("edges", Flat, false, "rules"),
-        ("edges", Flat, true, SHIPPED),
-        ("edges", Rough, false, SHIPPED),
-        ("dynamic", Flat, false, SHIPPED),
-        ("dynamic", Flat, false, "rules"),
-        ("dynamic", Flat, true, SHIPPED),
-        ("dynamic", Rough, false, SHIPPED),
-        ("plane", Flat, false, SHIPPED),
-        ("plane", Flat, true, SHIPPED),
-        ("plane", Flat, false, "rules"),
-        ("plane", Rough, false, SHIPPED),
+        ("paper17", Flat, Nominal, SHIPPED),
+        ("mirror17", Flat, Nominal, SHIPPED),
+        ("paper17", Flat, Nominal, "oracle"),
+        ("paper17", Flat, Unloaded, "oracle"),
+        ("paper17", Flat, Nominal, "rules"),
+        ("paper17", Flat, Nominal, "dominance"),
+        ("paper17", Flat, Randomized, SHIPPED),
+        ("mirror17", Flat, Randomized, SHIPPED),
+        ("paper17", Flat, Slippery(0.4), SHIPPED),
+        ("paper17", Flat, Slippery(0.3), SHIPPED),
+        ("paper17", Flat, Slippery(0.2), SHIPPED),
+        ("paper17", Rough, Nominal, SHIPPED),
+        ("paper17", Rough, Nominal, "oracle"),
+        ("paper17", Stairs, Nominal, SHIPPED),
+        ("edges", Flat, Nominal, SHIPPED),
+        ("edges", Flat, Nominal, "rules"),
+        ("edges", Flat, Randomized, SHIPPED),
+        ("edges", Rough, Nominal, SHIPPED),
+        ("dynamic", Flat, Nominal, SHIPPED),
+        ("dynamic", Flat, Nominal, "rules"),
+        ("dynamic", Flat, Randomized, SHIPPED),
+        ("dynamic", Rough, Nominal, SHIPPED),
+        ("plane", Flat, Nominal, SHIPPED),
+        ("plane", Flat, Randomized, SHIPPED),
+        ("plane", Flat, Nominal, "rules"),
+        ("plane", Rough, Nominal, SHIPPED),
     ]
 };
 
@@ -156,9 +172,18 @@ impl Maker {
         Ok(true)
     }
 
-    fn arena(&self, ground: Ground, randomize: bool, episodes: usize) -> Result<Arena> {
+    fn arena(&self, ground: Ground, robots: Robots, episodes: usize) -> Result<Arena> {
         let level = ground.level(LEVEL);
-        let setting = Setting { ground, level, randomize, episodes, seed: self.seed, ..Setting::default() };
+        let setting = Setting {
+            ground,
+            level,
+            randomize: matches!(robots, Robots::Randomized | Robots::Slippery(_)),
+            friction: if let Robots::Slippery(friction) = robots { Some(friction) } else { None },
+            unloaded: robots == Robots::Unloaded,
+            episodes,
+            seed: self.seed,
+            ..Setting::default()
+        };
         Arena::new(policies::locomotion(SHIPPED)?, setting).map_err(anyhow::Error::msg)
     }
 
@@ -168,20 +193,20 @@ impl Maker {
         (results.episodes == episodes && results.seed == self.seed).then_some(results)
     }
 
-    fn judgment(&self, (suite_name, ground, randomize, supervisor): Part) -> Result<()> {
-        let name = part_name((suite_name, ground, randomize, supervisor));
+    fn judgment(&self, (suite_name, ground, robots, supervisor): Part) -> Result<()> {
+        let name = part_name((suite_name, ground, robots, supervisor));
         let count = episodes(suite_name, self.episodes);
         if self.finished(&name, count).is_some() {
             eprintln!("{name}: made before");
             return Ok(());
         }
         eprintln!("{name}");
-        let arena = self.arena(ground, randomize, count)?;
+        let arena = self.arena(ground, robots, count)?;
         let cases = suite(suite_name).context("a suite of the list")?;
         let names =
             Names { suite: suite_name.into(), locomotion: SHIPPED.into(), supervisor: supervisor.into() };
         // The oracle's reward on a ground is the same for all that are judged there.
-        let oracle = PARTS.iter().filter(|part| (part.1, part.2) == (ground, randomize)).find_map(|part| {
+        let oracle = PARTS.iter().filter(|part| (part.1, part.2) == (ground, robots)).find_map(|part| {
             Some(self.finished(&part_name(*part), episodes(part.0, self.episodes))?.oracle_reward)
         });
         let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
@@ -210,7 +235,7 @@ impl Maker {
     }
 
     fn pictures(&self) -> Result<()> {
-        let arena = self.arena(Ground::Flat, false, 1)?;
+        let arena = self.arena(Ground::Flat, Robots::Nominal, 1)?;
         let supervisor = policies::supervisor(SHIPPED)?;
         for (name, [fx, fy]) in FILMS {
             let mut poses = arena.poses(&supervisor, &Case::steady(fx, fy)).map_err(anyhow::Error::msg)?;
@@ -253,7 +278,7 @@ impl Maker {
             return Ok(());
         }
         eprintln!("{name}");
-        let arena = self.arena(ground, false, episodes)?;
+        let arena = self.arena(ground, Robots::Nominal, episodes)?;
         let cases = suite("paper17").context("the suite paper17")?;
         let [plan, record] = ["plan", "record"].map(|extension| self.file(&name, extension));
         write_plan(&arena, &cases, "paper17", &plan)?;
@@ -272,9 +297,14 @@ impl Maker {
     }
 }
 
-fn part_name((suite, ground, randomize, supervisor): Part) -> String {
-    let randomized = if randomize { "-randomized" } else { "" };
-    format!("{suite}-{}{randomized}-{supervisor}", ground.name())
+fn part_name((suite, ground, robots, supervisor): Part) -> String {
+    let robots = match robots {
+        Robots::Nominal => String::new(),
+        Robots::Randomized => "-randomized".into(),
+        Robots::Slippery(friction) => format!("-friction-{friction}"),
+        Robots::Unloaded => "-unloaded".into(),
+    };
+    format!("{suite}-{}{robots}-{supervisor}", ground.name())
 }
 
 #[cfg(test)]

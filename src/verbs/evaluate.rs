@@ -56,11 +56,24 @@ pub(crate) struct Arguments {
     /// Error of the force that the supervisor sees, uniform, ± \[N\]; the oracle sees the force itself
     #[arg(long, value_name = "NEWTONS", default_value_t = 0.0, value_parser = newtons, conflicts_with_all = ["plan", "recorded"])]
     force_noise: f64,
+    /// Coulomb friction of every contact, 0 to 10 [default: 0.8; 0.4 to 1.25 with --randomize]
+    #[arg(long, value_name = "NUMBER", value_parser = friction, conflicts_with_all = ["plan", "recorded"])]
+    friction: Option<f64>,
+    /// Pulls are seen but do not act on the robot: with the oracle, what the walk itself lacks
+    #[arg(long, conflicts_with_all = ["plan", "recorded"])]
+    unloaded: bool,
 }
 
 fn newtons(text: &str) -> Result<f64, String> {
-    let value = text.parse().ok().filter(|value| (0.0..=100.0).contains(value));
-    value.ok_or_else(|| "must be from 0 to 100 newtons".into())
+    number_to(text, 100.0).ok_or_else(|| "must be from 0 to 100 newtons".into())
+}
+
+fn friction(text: &str) -> Result<f64, String> {
+    number_to(text, 10.0).ok_or_else(|| "must be from 0 to 10".into())
+}
+
+fn number_to(text: &str, most: f64) -> Option<f64> {
+    text.parse().ok().filter(|value| (0.0..=most).contains(value))
 }
 
 const EXAMPLES: &str = "\
@@ -69,6 +82,8 @@ Examples:
   guidedog evaluate --supervisor rules --ground rough      Table II as a rule, on rough ground of level 5
   guidedog evaluate --supervisor rules --suite edges --force-noise 2
                                                            thresholds with an imprecise force sensor
+  guidedog evaluate --supervisor oracle --unloaded         what the walk itself makes of the commands
+  guidedog evaluate --friction 0.3                         on a slippery floor
   guidedog evaluate --suite locomotion                     commands under pulls; every kind of ground by level
   guidedog evaluate --supervisor runs/guide/policy.onnx --json guide.json --report guide.html
   guidedog evaluate --suite plane                          where each threshold lies, and how sharp it is
@@ -97,7 +112,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let supervisor = policies::supervisor(&situation.supervisor)?;
     let setting = Setting {
         randomize: arguments.randomize,
+        friction: arguments.friction,
         force_noise_n: arguments.force_noise,
+        unloaded: arguments.unloaded,
         episodes: arguments.episodes(),
         ..Setting::default()
     };

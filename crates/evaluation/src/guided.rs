@@ -4,13 +4,14 @@ use policy::{ForwardWorkspace, layout};
 use spatial::{Philox, Purpose};
 use tasks::guidance::{Course, Squad, Supervisor, sensed_force};
 
+use crate::setting::Setting;
+
 /// Robots, the forces on them and the commands they are given.
 pub(crate) struct Guided<'a> {
     pub(crate) course: &'a Course,
     pub(crate) supervisor: &'a Supervisor,
     pub(crate) squad: Squad,
-    /// Error of the observed force, ± \[N\].
-    force_noise_n: f32,
+    setting: &'a Setting,
     step: u32,
     forces: Vec<[[f32; 3]; 2]>,
     commands: Vec<[f32; 3]>,
@@ -25,7 +26,7 @@ impl<'a> Guided<'a> {
         course: &'a Course,
         supervisor: &'a Supervisor,
         squad: Squad,
-        force_noise_n: f32,
+        setting: &'a Setting,
     ) -> Self {
         let robots = squad.robots();
         let observed = if supervisor.observes() { robots * layout::SUPERVISOR_OBSERVATION } else { 0 };
@@ -33,7 +34,7 @@ impl<'a> Guided<'a> {
             course,
             supervisor,
             squad,
-            force_noise_n,
+            setting,
             step: 0,
             forces: vec![[[0.0; 3]; 2]; robots],
             commands: vec![[0.0; 3]; robots],
@@ -43,10 +44,12 @@ impl<'a> Guided<'a> {
         }
     }
 
-    /// The hand pulls with this force from now on, heading frame \[N\].
+    /// The hand pulls with this force from now on, heading frame \[N\]; on the supervisor's sensor alone where robots are unloaded.
     pub(crate) fn pull(&mut self, robot: usize, force: [f32; 3]) {
         self.forces[robot] = [force; 2];
-        self.squad.set_hand_force(robot, force);
+        if !self.setting.unloaded {
+            self.squad.set_hand_force(robot, force);
+        }
     }
 
     /// The command a robot obeys, and the force on it.
@@ -74,7 +77,7 @@ impl<'a> Guided<'a> {
 
     fn decide(&mut self) {
         let Self { course, squad, forces, commands, observations, workspace, step, .. } = self;
-        let noise = self.force_noise_n;
+        let noise = self.setting.force_noise_n as f32;
         if noise > 0.0 {
             for (robot, [seen, real]) in forces.iter_mut().enumerate() {
                 let number = squad.first_robot + robot;

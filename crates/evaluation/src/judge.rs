@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use spatial::{Philox, Purpose};
 use tasks::{
     guidance::{Behavior, Course, LocomotionPolicy, PullConfig, Squad, Supervisor, behavior_reward},
-    simulation::{GROUP, Randomization, ResetSpread, Simulation},
+    simulation::{GROUP, ResetSpread, Simulation},
 };
 use terrain::{SubTerrain, TerrainGrid};
 
@@ -63,14 +63,10 @@ impl Arena {
         &self.setting
     }
 
-    fn randomization(&self) -> Randomization {
-        if self.setting.randomize { Randomization::default() } else { Randomization::none() }
-    }
-
     /// Squads for `count` robots (rounded up to whole groups), each at its start.
     fn squads(&self, count: usize) -> Result<Vec<Squad>, String> {
         let spread = if self.setting.randomize { ResetSpread::default() } else { ResetSpread::standing() };
-        let mut squads = self.course.squads(count.next_multiple_of(GROUP), &self.randomization())?;
+        let mut squads = self.course.squads(count.next_multiple_of(GROUP), &self.setting.randomization())?;
         squads.par_iter_mut().for_each(|squad| {
             for robot in 0..squad.robots() {
                 let number = squad.first_robot + robot;
@@ -109,12 +105,12 @@ impl Arena {
 
     /// What a robot of this setting met.
     fn met(&self, robot: usize, recording: &Recording) -> Met {
-        let friction =
-            || self.randomization().draw(self.course.simulation.robot(), self.setting.seed, robot).friction;
+        let robots = self.setting.randomization();
+        let friction = || robots.draw(self.course.simulation.robot(), self.setting.seed, robot).friction;
         Met {
             ground: (self.setting.ground != Ground::Flat)
                 .then(|| self.grid.kind_at(recording.pulled()[0].position)),
-            friction: self.setting.randomize.then(friction),
+            friction: (robots.friction[0] < robots.friction[1]).then(friction),
         }
     }
 
@@ -185,7 +181,7 @@ impl Arena {
                 }
             })
             .collect();
-        Ok(plan(&self.course, &self.randomization(), &planned, names))
+        Ok(plan(&self.course, &self.setting.randomization(), &planned, names))
     }
 
     /// The case that a robot plays; those that only fill up the last group play the last one.
@@ -195,7 +191,7 @@ impl Arena {
 
     /// Robots of this arena under a supervisor.
     fn guided<'a>(&'a self, supervisor: &'a Supervisor, squad: Squad) -> Guided<'a> {
-        Guided::new(&self.course, supervisor, squad, self.setting.force_noise_n as f32)
+        Guided::new(&self.course, supervisor, squad, &self.setting)
     }
 
     /// Two seconds without force, then the pull. Recordings of the robots that count.

@@ -1,5 +1,7 @@
 //! What is judged, and where.
 
+use tasks::simulation::Randomization;
+
 /// The ground of an evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ground {
@@ -37,11 +39,24 @@ pub struct Setting {
     pub level: usize,
     /// Robots, friction and harness drawn as in training, first states too; otherwise the nominal robot, standing.
     pub randomize: bool,
+    /// Coulomb friction of every contact, where it is not to be that of the robots \[1\].
+    pub friction: Option<f64>,
     /// Error of the force that supervisors see, along each axis, uniform, ±; drawn at every decision \[N\]. The oracle sees the
     /// force itself.
     pub force_noise_n: f64,
+    /// Supervisors see the pulls, but none acts on the robot: what is left is what the walk itself lacks.
+    pub unloaded: bool,
     /// Episodes of every case.
     pub episodes: usize,
     /// Seed of all draws: the same for every supervisor, so that comparisons are paired.
     pub seed: u64,
+}
+
+impl Setting {
+    /// How robots differ from each other.
+    pub(crate) fn randomization(&self) -> Randomization {
+        let robots = if self.randomize { Randomization::default() } else { Randomization::none() };
+        let friction = self.friction.map_or(robots.friction, |friction| [friction as f32; 2]);
+        Randomization { friction, ..robots }
+    }
 }

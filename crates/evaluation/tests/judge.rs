@@ -52,6 +52,36 @@ fn an_imprecise_force_sensor_makes_rules_flicker_and_the_oracle_sees_the_force_i
 }
 
 #[test]
+fn an_unloaded_robot_is_told_of_the_pull_and_does_not_feel_it() {
+    let pulled = |unloaded| {
+        let setting = Setting { unloaded, episodes: 1, seed: 5, ..Setting::default() };
+        let arena = Arena::new(standing(), setting).unwrap();
+        let recording = arena.record(&Supervisor::Oracle, &Case::new(-41.0, 0.0, Group::Trained)).unwrap();
+        let (before, last) =
+            (recording.samples[recording.onset - 1], recording.samples[recording.samples.len() - 1]);
+        (last.force, last.command, last.position[0] - before.position[0])
+    };
+    let (loaded, unloaded) = (pulled(false), pulled(true));
+    assert_eq!((loaded.0, loaded.1), (unloaded.0, unloaded.1));
+    assert!(loaded.2 < -0.005 && unloaded.2.abs() < 0.001, "{loaded:?} {unloaded:?}");
+}
+
+#[test]
+fn a_slippery_floor_lets_a_pull_drag_a_standing_robot() {
+    let slid = |friction| {
+        let setting = Setting { friction, episodes: 1, seed: 5, ..Setting::default() };
+        let arena = Arena::new(standing(), setting).unwrap();
+        let recording = arena.record(&Supervisor::Oracle, &Case::new(-41.0, 0.0, Group::Trained)).unwrap();
+        let position = |sample: usize| recording.samples[sample].position[0];
+        position(recording.onset) - position(recording.samples.len() - 1)
+    };
+    // 41 N against a weight of 550 N or so: it holds at 0.8, not at 0.05.
+    assert!(slid(None) < 0.05, "{}", slid(None));
+    assert!((slid(None) - slid(Some(0.8))).abs() < 1e-12);
+    assert!(slid(Some(0.05)) > 0.5, "{}", slid(Some(0.05)));
+}
+
+#[test]
 fn episodes_that_differ_in_ground_and_friction_are_split_by_them() {
     let arena = arena(Ground::Rough, true);
     let (results, _) = arena.judge(&Supervisor::Oracle, &cases(), &|_| {}).unwrap();

@@ -46,6 +46,8 @@ fn setting(results: &Results) -> String {
         named("Suite", &results.suite),
         named("ground", &results.ground).map(|ground| ground + &level),
         Some(robot.into()),
+        results.friction.map(|friction| format!("friction {friction}")),
+        results.unloaded.then(|| "pulls seen that do not act".into()),
         (results.episodes > 0).then_some(repetitions),
         Some(format!("seed {}", results.seed)),
         named("locomotion policy", &results.locomotion),

@@ -74,9 +74,15 @@ pub struct Results {
     pub level: usize,
     /// Whether robot, friction and harness were drawn anew for each episode.
     pub randomize: bool,
+    /// Coulomb friction of every contact, if not that of the robots \[1\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
     /// Error of the force that the supervisor saw, ± \[N\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub force_noise_n: f64,
+    /// Whether the pulls were seen without acting on the robot.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unloaded: bool,
     /// Episodes for each case.
     pub episodes: usize,
     /// Seed of all random draws.
