@@ -43,20 +43,29 @@ pub fn judge(
     names: &Names,
     oracle_reward: Option<BehaviorReward>,
 ) -> Result<(Results, Vec<PathTrace>)> {
-    let (cases, traces) = run_suite(arena, supervisor, cases, &names.supervisor)?;
-    let plane =
-        (names.suite == "plane").then(|| scan(arena, supervisor, &names.supervisor, &cases)).transpose()?;
+    let (results, traces) = judge_cases(arena, supervisor, cases, names)?;
+    let scan = || scan(arena, supervisor, &names.supervisor, &results.cases);
+    let plane = (names.suite == "plane").then(scan).transpose()?;
     let reward_of = |supervisor| arena.behavior_reward(supervisor, REWARD_ROBOTS).map_err(|m| anyhow!(m));
     let oracle_reward = oracle_reward.map_or_else(|| reward_of(&Supervisor::Oracle), Ok)?;
     let reward = if *supervisor == Supervisor::Oracle { oracle_reward } else { reward_of(supervisor)? };
-    let results = Results { cases, reward, oracle_reward, plane, ..headed(arena, names) };
-    Ok((results.with_sums(), traces))
+    Ok((Results { reward, oracle_reward, plane, ..results }, traces))
 }
 
-/// Results with nothing but what was asked.
-fn headed(arena: &Arena, names: &Names) -> Results {
+/// Runs some cases of a suite, without the behavior reward.
+///
+/// # Errors
+/// There is nothing to run.
+pub fn judge_cases(
+    arena: &Arena,
+    supervisor: &Supervisor,
+    cases: &[Case],
+    names: &Names,
+) -> Result<(Results, Vec<PathTrace>)> {
     let setting = arena.setting();
-    Results {
+    let (cases, traces) = run_suite(arena, supervisor, cases, &names.supervisor)?;
+    let results = Results {
+        cases,
         suite: names.suite.clone(),
         ground: setting.ground.name().into(),
         level: setting.level,
@@ -69,7 +78,8 @@ fn headed(arena: &Arena, names: &Names) -> Results {
         locomotion: names.locomotion.clone(),
         supervisor: names.supervisor.clone(),
         ..Results::default()
-    }
+    };
+    Ok((results.with_sums(), traces))
 }
 
 /// Scans the lines across the thresholds.

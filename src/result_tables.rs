@@ -225,7 +225,11 @@ fn confusion(confusion: &Confusion) -> String {
     text
 }
 
+/// Nothing where no reward was measured.
 fn rewards(results: &Results) -> String {
+    if results.reward.total == 0.0 {
+        return String::new();
+    }
     let mut text = "\nbehavior reward   total   stop   spin   walk   turn\n".to_owned();
     let mut rows = vec![
         (results.supervisor.as_str(), results.reward),
@@ -259,6 +263,7 @@ mod tests {
         };
         assert_eq!(of("oracle").matches("oracle").count(), 1);
         assert_eq!(of("rules").matches("oracle").count(), 1);
+        assert_eq!(rewards(&Results::default()), "");
     }
 
     #[test]

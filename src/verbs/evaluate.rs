@@ -10,13 +10,14 @@ use guidedog::evaluation::judge::Setting;
 use guidedog::evaluation::locomotion::judge_locomotion;
 use guidedog::evaluation::report::{self, PathTrace, ReportData};
 use guidedog::evaluation::results::Results;
-use guidedog::evaluation::suite::{SUITES, episodes, suite};
-use guidedog::judging::{Names, judge, judge_record, with_progress, write_plan};
+use guidedog::evaluation::suite::{Case, episodes};
+use guidedog::judging::{Names, judge, judge_cases, judge_record, with_progress, write_plan};
 use guidedog::policies;
 use guidedog::result_tables::{side_by_side, table};
 use guidedog::run_folder::write_atomic;
 use guidedog::say;
 
+use super::pulls::{case, cases};
 use super::situation::Situation;
 
 /// Judges a supervisor and a locomotion policy on a suite of pulls
@@ -27,6 +28,9 @@ pub(crate) struct Arguments {
     /// forces, and scans across the thresholds): pulls; locomotion: the walking by itself, on all grounds
     #[arg(long, default_value = "paper17")]
     suite: String,
+    /// Only this pull of the suite, or any steady one as f_x/f_y in newtons; several by repeating it. Without the behavior reward
+    #[arg(long = "case", value_name = "CASE", allow_hyphen_values = true, conflicts_with_all = ["plan", "recorded", "report"])]
+    cases: Vec<String>,
     /// Episodes of every case [default: 200; 16 on the plane]
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     episodes: Option<u64>,
@@ -83,6 +87,7 @@ Examples:
   guidedog evaluate --supervisor rules --suite edges --force-noise 2
                                                            thresholds with an imprecise force sensor
   guidedog evaluate --supervisor oracle --unloaded         what the walk itself makes of the commands
+  guidedog evaluate --case -100/50 --case 30/25            two pulls alone
   guidedog evaluate --friction 0.3                         on a slippery floor
   guidedog evaluate --suite locomotion                     commands under pulls; every kind of ground by level
   guidedog evaluate --supervisor runs/guide/policy.onnx --json guide.json --report guide.html
@@ -104,10 +109,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         let (results, traces) = judge_record(path).or_bad_input(|| path.display().to_string())?;
         return show(arguments, results, traces);
     }
-    let cases = suite(&arguments.suite).ok_or_else(|| {
-        let known = SUITES.join(", ");
-        BadInput::new(format!("--suite {}: must be one of {known}, {LOCOMOTION}", arguments.suite))
-    })?;
+    let of_suite = cases(&arguments.suite, &[LOCOMOTION])?;
+    let some: Vec<Case> =
+        arguments.cases.iter().map(|name| case(&of_suite, name)).collect::<Result<_, _>>()?;
     let situation = &arguments.situation;
     let supervisor = policies::supervisor(&situation.supervisor)?;
     let setting = Setting {
@@ -120,7 +124,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     };
     let arena = situation.arena_with(setting)?;
     if let Some(path) = &arguments.plan {
-        write_plan(&arena, &cases, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
+        write_plan(&arena, &of_suite, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
         return Ok(ExitCode::SUCCESS);
     }
     let names = Names {
@@ -128,7 +132,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         locomotion: situation.locomotion.clone(),
         supervisor: situation.supervisor.clone(),
     };
-    let (results, traces) = judge(&arena, &supervisor, &cases, &names, None)?;
+    let (results, traces) = if some.is_empty() {
+        judge(&arena, &supervisor, &of_suite, &names, None)?
+    } else {
+        judge_cases(&arena, &supervisor, &some, &names)?
+    };
     show(arguments, results, traces)
 }
 

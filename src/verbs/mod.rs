@@ -6,6 +6,7 @@ pub(crate) mod evaluate;
 pub(crate) mod inspect;
 pub(crate) mod picture;
 pub(crate) mod play;
+mod pulls;
 pub(crate) mod reproduce;
 mod serving;
 mod situation;

@@ -10,11 +10,12 @@ use guidedog::evaluation::film::film;
 use guidedog::evaluation::judge::Arena;
 use guidedog::evaluation::report::{Curve, Seeds, bands_svg, paths_svg, series_svg};
 use guidedog::evaluation::results::BehaviorReward;
-use guidedog::evaluation::suite::{Case, SUITES, suite};
+use guidedog::evaluation::suite::Case;
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
 use guidedog::run_folder::write_atomic;
 
+use super::pulls::{case, cases};
 use super::situation::Situation;
 
 /// Draws an episode as a film or over time, or the curves of trainings, without a window
@@ -100,27 +101,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn cases(name: &str) -> Result<Vec<Case>, BadInput> {
-    suite(name).ok_or_else(|| BadInput::new(format!("--suite {name}: must be one of {}", SUITES.join(", "))))
-}
-
 fn write(out: &Path, bytes: &[u8]) -> Result<()> {
     Ok(write_atomic(out, bytes).or_bad_input(|| format!("--out {}", out.display()))?)
 }
 
 impl Episode {
     fn case(&self) -> Result<Case> {
-        let cases = cases(&self.suite)?;
-        let named = cases.into_iter().find(|case| case.name == self.case);
-        let steady = || {
-            let (x, y) = self.case.split_once('/')?;
-            let case = Case::steady(x.parse().ok()?, y.parse().ok()?);
-            case.force.iter().all(|force| force.abs() <= 500.0).then_some(case)
-        };
-        named.or_else(steady).ok_or_else(|| {
-            let message = "is neither in the suite nor a pull f_x/f_y of at most 500 N";
-            BadInput::new(format!("--case {}: {message}", self.case)).into()
-        })
+        Ok(case(&cases(&self.suite, &[])?, &self.case)?)
     }
 
     fn arena(&self) -> Result<Arena> {
@@ -153,7 +140,8 @@ fn draw_paths(arguments: &Paths) -> Result<()> {
     let Paths { suite, out, situation } = arguments;
     let supervisor = policies::supervisor(&situation.supervisor)?;
     let arena = situation.arena(1)?;
-    let (cases, traces) = arena.judge(&supervisor, &cases(suite)?, &|_| {}).map_err(anyhow::Error::msg)?;
+    let (cases, traces) =
+        arena.judge(&supervisor, &cases(suite, &[])?, &|_| {}).map_err(anyhow::Error::msg)?;
     write(out, paths_svg(&cases, &traces).context("no path can be drawn")?.as_bytes())
 }
 
