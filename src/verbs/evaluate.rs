@@ -127,15 +127,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         write_plan(&arena, &of_suite, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
         return Ok(ExitCode::SUCCESS);
     }
+    let chosen = !arguments.cases.is_empty();
     let names = Names {
-        suite: arguments.suite.clone(),
+        suite: if chosen { "chosen pulls".into() } else { arguments.suite.clone() },
         locomotion: situation.locomotion.clone(),
         supervisor: situation.supervisor.clone(),
     };
-    let (results, traces) = if some.is_empty() {
-        judge(&arena, &supervisor, &of_suite, &names, None)?
-    } else {
+    let (results, traces) = if chosen {
         judge_cases(&arena, &supervisor, &some, &names)?
+    } else {
+        judge(&arena, &supervisor, &of_suite, &names, None)?
     };
     show(arguments, results, traces)
 }
