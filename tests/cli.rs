@@ -238,6 +238,7 @@ fn evaluate_refuses_what_it_cannot_judge_by_name() {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
     refuses(&["evaluate", "--locomotion", manifest], &["Cargo.toml", "ONNX"]);
     refuses(&["evaluate", "--case", "hard"], &["--case hard", "f_x/f_y", "500 N"]);
+    refuses(&["evaluate", "--suite", "locomotion", "--randomize"], &["--randomize", "--suite locomotion"]);
     refuses(&["evaluate", "--friction=-1"], &["-1", "from 0 to 10"]);
     refuses(&["evaluate", "--friction", "1", "--plan", "pulls.plan"], &["--friction", "--plan"]);
 }

@@ -173,6 +173,23 @@ fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Resu
 
 /// The locomotion policy alone, on grounds of its own choice.
 fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
+    let a = arguments;
+    let others = [
+        ("--case", !a.cases.is_empty()),
+        ("--randomize", a.randomize),
+        ("--friction", a.friction.is_some()),
+        ("--force-noise", a.force_noise > 0.0),
+        ("--unloaded", a.unloaded),
+        ("--plan", a.plan.is_some()),
+        ("--recorded", a.recorded.is_some()),
+        ("--beside", a.beside.is_some()),
+        ("--report", a.report.is_some()),
+        ("--figure", a.figure.is_some()),
+    ];
+    if let Some((name, _)) = others.into_iter().find(|(_, given)| *given) {
+        let message = "does not go with --suite locomotion, which chooses robots, grounds and forces itself and prints tables";
+        return Err(BadInput::new(format!("{name} {message}")).into());
+    }
     let Situation { locomotion, seed, .. } = &arguments.situation;
     let policy = policies::locomotion(locomotion)?;
     let results = with_progress("judging locomotion: row", |progress| {
