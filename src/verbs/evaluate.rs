@@ -173,18 +173,17 @@ fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Resu
 
 /// The locomotion policy alone, on grounds of its own choice.
 fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
-    let a = arguments;
     let others = [
-        ("--case", !a.cases.is_empty()),
-        ("--randomize", a.randomize),
-        ("--friction", a.friction.is_some()),
-        ("--force-noise", a.force_noise > 0.0),
-        ("--unloaded", a.unloaded),
-        ("--plan", a.plan.is_some()),
-        ("--recorded", a.recorded.is_some()),
-        ("--beside", a.beside.is_some()),
-        ("--report", a.report.is_some()),
-        ("--figure", a.figure.is_some()),
+        ("--case", !arguments.cases.is_empty()),
+        ("--randomize", arguments.randomize),
+        ("--friction", arguments.friction.is_some()),
+        ("--force-noise", arguments.force_noise > 0.0),
+        ("--unloaded", arguments.unloaded),
+        ("--plan", arguments.plan.is_some()),
+        ("--recorded", arguments.recorded.is_some()),
+        ("--beside", arguments.beside.is_some()),
+        ("--report", arguments.report.is_some()),
+        ("--figure", arguments.figure.is_some()),
     ];
     if let Some((name, _)) = others.into_iter().find(|(_, given)| *given) {
         let message = "does not go with --suite locomotion, which chooses robots, grounds and forces itself and prints tables";
