@@ -10,7 +10,7 @@ use guidedog::evaluation::judge::Setting;
 use guidedog::evaluation::locomotion::judge_locomotion;
 use guidedog::evaluation::report::{self, PathTrace, ReportData};
 use guidedog::evaluation::results::Results;
-use guidedog::evaluation::suite::{Case, episodes};
+use guidedog::evaluation::suite::episodes;
 use guidedog::judging::{Names, judge, judge_cases, judge_record, with_progress, write_plan};
 use guidedog::policies;
 use guidedog::result_tables::{side_by_side, table};
@@ -110,8 +110,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         return show(arguments, results, traces);
     }
     let of_suite = cases(&arguments.suite, &[LOCOMOTION])?;
-    let some: Vec<Case> =
-        arguments.cases.iter().map(|name| case(&of_suite, name)).collect::<Result<_, _>>()?;
+    let chosen = arguments.cases.iter().map(|name| case(&of_suite, name)).collect::<Result<Vec<_>, _>>()?;
     let situation = &arguments.situation;
     let supervisor = policies::supervisor(&situation.supervisor)?;
     let setting = Setting {
@@ -127,16 +126,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         write_plan(&arena, &of_suite, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
         return Ok(ExitCode::SUCCESS);
     }
-    let chosen = !arguments.cases.is_empty();
     let names = Names {
-        suite: if chosen { "chosen pulls".into() } else { arguments.suite.clone() },
+        suite: if chosen.is_empty() { arguments.suite.clone() } else { "chosen pulls".into() },
         locomotion: situation.locomotion.clone(),
         supervisor: situation.supervisor.clone(),
     };
-    let (results, traces) = if chosen {
-        judge_cases(&arena, &supervisor, &some, &names)?
-    } else {
+    let (results, traces) = if chosen.is_empty() {
         judge(&arena, &supervisor, &of_suite, &names, None)?
+    } else {
+        judge_cases(&arena, &supervisor, &chosen, &names)?
     };
     show(arguments, results, traces)
 }

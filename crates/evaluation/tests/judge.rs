@@ -6,6 +6,7 @@ use evaluation::{
     locomotion::judge_locomotion,
     measures::split::{Met, Split},
     outcome::{Outcome, onset},
+    recording::Recording,
     results::Group,
     suite::{Case, suite},
 };
@@ -36,11 +37,16 @@ fn cases() -> Vec<Case> {
     [[-41.0, 0.0], [0.0, 0.0]].map(|[x, y]| Case::new(x, y, Group::Trained)).to_vec()
 }
 
+/// One robot that is pulled back by 41 N, which mean Stop.
+fn pulled_back(setting: Setting, supervisor: &Supervisor) -> Recording {
+    let setting = Setting { episodes: 1, seed: 5, ..setting };
+    Arena::new(standing(), setting).unwrap().record(supervisor, &cases()[0]).unwrap()
+}
+
 #[test]
 fn an_imprecise_force_sensor_makes_rules_flicker_and_the_oracle_sees_the_force_itself() {
     let commands = |force_noise_n, supervisor: &Supervisor| {
-        let setting = Setting { force_noise_n, episodes: 1, seed: 5, ..Setting::default() };
-        let recording = Arena::new(standing(), setting).unwrap().record(supervisor, &cases()[0]).unwrap();
+        let recording = pulled_back(Setting { force_noise_n, ..Setting::default() }, supervisor);
         recording.pulled().iter().map(|sample| sample.command).collect::<Vec<_>>()
     };
     let walks = |commands: &[[f32; 3]]| commands.iter().filter(|command| command[0] > 0.0).count();
@@ -54,9 +60,7 @@ fn an_imprecise_force_sensor_makes_rules_flicker_and_the_oracle_sees_the_force_i
 #[test]
 fn an_unloaded_robot_is_told_of_the_pull_and_does_not_feel_it() {
     let pulled = |unloaded| {
-        let setting = Setting { unloaded, episodes: 1, seed: 5, ..Setting::default() };
-        let arena = Arena::new(standing(), setting).unwrap();
-        let recording = arena.record(&Supervisor::Oracle, &Case::new(-41.0, 0.0, Group::Trained)).unwrap();
+        let recording = pulled_back(Setting { unloaded, ..Setting::default() }, &Supervisor::Oracle);
         let (before, last) =
             (recording.samples[recording.onset - 1], recording.samples[recording.samples.len() - 1]);
         (last.force, last.command, last.position[0] - before.position[0])
@@ -69,9 +73,7 @@ fn an_unloaded_robot_is_told_of_the_pull_and_does_not_feel_it() {
 #[test]
 fn a_slippery_floor_lets_a_pull_drag_a_standing_robot() {
     let slid = |friction| {
-        let setting = Setting { friction, episodes: 1, seed: 5, ..Setting::default() };
-        let arena = Arena::new(standing(), setting).unwrap();
-        let recording = arena.record(&Supervisor::Oracle, &Case::new(-41.0, 0.0, Group::Trained)).unwrap();
+        let recording = pulled_back(Setting { friction, ..Setting::default() }, &Supervisor::Oracle);
         let position = |sample: usize| recording.samples[sample].position[0];
         position(recording.onset) - position(recording.samples.len() - 1)
     };
