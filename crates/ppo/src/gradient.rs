@@ -6,8 +6,6 @@
 
 use rayon::prelude::*;
 
-use policy::Mirror;
-
 use crate::{
     config::Config,
     exchange::Exchange,
@@ -123,10 +121,7 @@ pub(crate) struct Objective<'a> {
     /// The policy's noise now, and when the rollout was made.
     pub(crate) noise: &'a Gaussian,
     pub(crate) old_noise: &'a Gaussian,
-    /// If half of the rows are to be learned from in their mirror image.
-    pub(crate) mirror: Option<&'a Mirror>,
-    /// Of the networks, if they are to stay symmetric.
-    pub(crate) symmetry: Option<&'a Symmetry>,
+    pub(crate) symmetry: &'a Symmetry,
 }
 
 impl<P: Precision> Workspace<P> {
@@ -145,8 +140,8 @@ impl<P: Precision> Workspace<P> {
         for gradient in log_std {
             *gradient -= objective.config.entropy_coefficient;
         }
-        if let Some(symmetry) = objective.symmetry {
-            symmetry.average(gradient);
+        if let Some(images) = objective.symmetry.of_networks() {
+            images.average(gradient);
         }
         let squares: Vec<f64> = gradient
             .par_chunks(CHUNK)
@@ -193,7 +188,7 @@ impl<P: Precision> Engine for Workspace<P> {
         gradient: &mut [f32],
     ) -> MinibatchLoss {
         let mut all = rows.to_vec();
-        if objective.mirror.is_some() {
+        if objective.symmetry.of_samples().is_some() {
             // The rows come in random order: every other one is a random half, another in each epoch.
             all.iter_mut().skip(1).step_by(2).for_each(|row| *row |= MIRRORED);
         }
@@ -258,10 +253,11 @@ impl<P: Precision> Engine for Workspace<P> {
 
 #[cfg(test)]
 mod tests {
+    use policy::Mirror;
     use spatial::{Philox, Purpose};
 
     use super::*;
-    use crate::{exchange::Alone, panels::Single};
+    use crate::{exchange::Alone, panels::Single, symmetry::Images};
 
     fn problem() -> (Config, Networks, Vec<f32>, Rollout) {
         let networks = Networks {
@@ -293,20 +289,12 @@ mod tests {
         }
     }
 
-    fn compute(mirror: Option<&Mirror>, parameters: &[f32]) -> (MinibatchLoss, Vec<f32>, f64) {
-        compute_with(mirror, None, parameters)
-    }
-
-    fn compute_with(
-        mirror: Option<&Mirror>,
-        symmetry: Option<&Symmetry>,
-        parameters: &[f32],
-    ) -> (MinibatchLoss, Vec<f32>, f64) {
+    fn compute(symmetry: &Symmetry, parameters: &[f32]) -> (MinibatchLoss, Vec<f32>, f64) {
         let (config, networks, _, rollout) = problem();
         let (_, _, log_std) = networks.split(parameters);
         let (noise, old_noise) = (&Gaussian::new(log_std), &Gaussian::new(&[-0.1; 2]));
         let networks = &networks;
-        let objective = Objective { config: &config, networks, noise, old_noise, mirror, symmetry };
+        let objective = Objective { config: &config, networks, noise, old_noise, symmetry };
         let mut workspace = Workspace::<Single>::new(networks, Partials::new(1, &Alone));
         workspace.load(networks, parameters);
         let mut gradient = vec![0.0; parameters.len()];
@@ -321,14 +309,14 @@ mod tests {
     #[test]
     fn the_gradient_is_the_difference_of_the_loss_for_every_parameter() {
         let (_, _, parameters, _) = problem();
-        for mirror in [None, Some(mirror())] {
-            let (_, gradient, _) = compute(mirror.as_ref(), &parameters);
+        for symmetry in [Symmetry::None, Symmetry::Samples(mirror())] {
+            let (_, gradient, _) = compute(&symmetry, &parameters);
             for i in 0..parameters.len() {
                 let mut moved = parameters.clone();
                 moved[i] += 2e-3;
-                let above = compute(mirror.as_ref(), &moved).2;
+                let above = compute(&symmetry, &moved).2;
                 moved[i] -= 4e-3;
-                let slope = (above - compute(mirror.as_ref(), &moved).2) / 4e-3;
+                let slope = (above - compute(&symmetry, &moved).2) / 4e-3;
                 let error = (f64::from(gradient[i]) - slope).abs();
                 assert!(error < 1e-3 + 0.02 * slope.abs(), "parameter {i}: {} and {slope}", gradient[i]);
             }
@@ -338,10 +326,10 @@ mod tests {
     #[test]
     fn the_gradient_of_symmetric_networks_is_averaged_and_so_is_its_length() {
         let (_, networks, parameters, _) = problem();
-        let symmetry = Symmetry::new(&networks, &mirror());
-        let (_, mut expected, _) = compute(None, &parameters);
-        symmetry.average(&mut expected);
-        let (loss, gradient, _) = compute_with(None, Some(&symmetry), &parameters);
+        let images = Images::new(&networks, &mirror());
+        let (_, mut expected, _) = compute(&Symmetry::None, &parameters);
+        images.average(&mut expected);
+        let (loss, gradient, _) = compute(&Symmetry::Networks(images), &parameters);
         assert_eq!(gradient, expected);
         let length = expected.iter().map(|&value| f64::from(value).powi(2)).sum::<f64>().sqrt();
         assert!((loss.gradient_norm - length).abs() < 1e-9 * length);
@@ -352,7 +340,7 @@ mod tests {
         let (_, _, parameters, _) = problem();
         let gradients = [1, 2, 7].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| compute(None, &parameters).1)
+            pool.install(|| compute(&Symmetry::None, &parameters).1)
         });
         assert_eq!(gradients[0], gradients[1]);
         assert_eq!(gradients[0], gradients[2]);

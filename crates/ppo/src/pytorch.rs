@@ -15,6 +15,7 @@ use crate::{
     partials::Partials,
     rollout::Rollout,
     rounded::Rounded,
+    symmetry::Symmetry,
 };
 
 const SAMPLES: usize = 96;
@@ -80,8 +81,7 @@ fn agrees(
             networks,
             noise: &noise,
             old_noise: &old_noise,
-            mirror: None,
-            symmetry: None,
+            symmetry: &Symmetry::None,
         };
         engine.load(networks, &parameters);
         let loss = engine.differentiate(objective, &rollout, &rows, &Alone, &mut gradient);

@@ -65,7 +65,7 @@ impl<P: Precision> Slot<P> {
         for (&row, gathered) in rows.iter().zip(self.observations.chunks_exact_mut(width)) {
             let sample = (row & !MIRRORED) as usize;
             let observation = &rollout.observations[sample * width..][..width];
-            match objective.mirror.filter(|_| row & MIRRORED != 0) {
+            match objective.symmetry.of_samples().filter(|_| row & MIRRORED != 0) {
                 Some(mirror) => Mirror::apply(&mirror.observation, observation, gathered),
                 None => gathered.copy_from_slice(observation),
             }
@@ -94,7 +94,7 @@ impl<P: Precision> Slot<P> {
                 advantage: rollout.advantages[i],
                 value_target: rollout.value_targets[i],
             };
-            if let Some(mirror) = objective.mirror.filter(|_| row & MIRRORED != 0) {
+            if let Some(mirror) = objective.symmetry.of_samples().filter(|_| row & MIRRORED != 0) {
                 Mirror::apply(&mirror.action, sample.action, &mut self.mirrored_action);
                 Mirror::apply(&mirror.action, sample.old_mean, &mut self.mirrored_mean);
                 sample.action = &self.mirrored_action;

@@ -6,15 +6,50 @@
 
 use policy::Mirror;
 
-use crate::gradient::Networks;
+use crate::{config::SymmetryBy, gradient::Networks};
 
-/// Where each parameter's mirror image is, and with what sign: an involution.
+/// How a task's left–right symmetry is used, and what that takes.
 #[derive(Clone, Debug)]
-pub(crate) struct Symmetry {
-    images: Vec<(usize, f32)>,
+pub(crate) enum Symmetry {
+    /// Not at all.
+    None,
+    /// Half of the samples are learned from in their mirror image.
+    Samples(Mirror),
+    /// The networks are symmetric.
+    Networks(Images),
 }
 
 impl Symmetry {
+    /// # Errors
+    /// The task has no mirror image.
+    pub(crate) fn new(by: SymmetryBy, mirror: Option<Mirror>, networks: &Networks) -> Result<Self, String> {
+        let mirror =
+            || mirror.ok_or_else(|| format!("symmetry is {by:?}, but this task has no mirror image"));
+        Ok(match by {
+            SymmetryBy::None => Self::None,
+            SymmetryBy::Samples => Self::Samples(mirror()?),
+            SymmetryBy::Networks => Self::Networks(Images::new(networks, &mirror()?)),
+        })
+    }
+
+    /// The mirror that half of the samples are seen in.
+    pub(crate) fn of_samples(&self) -> Option<&Mirror> {
+        if let Self::Samples(mirror) = self { Some(mirror) } else { None }
+    }
+
+    /// The mirror images of the networks' parameters.
+    pub(crate) fn of_networks(&self) -> Option<&Images> {
+        if let Self::Networks(images) = self { Some(images) } else { None }
+    }
+}
+
+/// Where each parameter's mirror image is, and with what sign: an involution.
+#[derive(Clone, Debug)]
+pub(crate) struct Images {
+    images: Vec<(usize, f32)>,
+}
+
+impl Images {
     pub(crate) fn new(networks: &Networks, mirror: &Mirror) -> Self {
         let mut images = Vec::with_capacity(networks.num_parameters());
         networks.actor.append_images(&mirror.observation, &mirror.action, &mut images);
@@ -91,10 +126,10 @@ mod tests {
     #[test]
     fn a_mirrored_state_has_the_same_value_and_the_mirrored_action() {
         let (networks, mut parameters) = networks();
-        let symmetry = Symmetry::new(&networks, &mirror());
-        assert!(!symmetry.holds(&parameters));
-        symmetry.impose(&mut parameters);
-        assert!(symmetry.holds(&parameters));
+        let images = Images::new(&networks, &mirror());
+        assert!(!images.holds(&parameters));
+        images.impose(&mut parameters);
+        assert!(images.holds(&parameters));
         let state = [0.3, -0.8, 0.5, 0.9];
         let mut mirrored = state;
         Mirror::apply(&mirror().observation, &state, &mut mirrored);
@@ -112,14 +147,14 @@ mod tests {
     #[test]
     fn averaged_gradients_keep_weights_symmetric() {
         let (networks, mut parameters) = networks();
-        let symmetry = Symmetry::new(&networks, &mirror());
-        symmetry.impose(&mut parameters);
+        let images = Images::new(&networks, &mirror());
+        images.impose(&mut parameters);
         let mut gradient: Vec<f32> = (0..parameters.len()).map(|i| (i as f32 * 0.7).sin()).collect();
-        symmetry.average(&mut gradient);
+        images.average(&mut gradient);
         let before = gradient.clone();
-        symmetry.average(&mut gradient);
+        images.average(&mut gradient);
         assert_eq!(before, gradient, "an average of averages");
         parameters.iter_mut().zip(&gradient).for_each(|(value, slope)| *value -= 0.01 * slope);
-        assert!(symmetry.holds(&parameters));
+        assert!(images.holds(&parameters));
     }
 }

@@ -6,11 +6,11 @@ mod update;
 
 use std::time::Instant;
 
-use policy::{CheckpointError, Mirror, Mlp, StepBuffers, VecEnv};
+use policy::{CheckpointError, Mlp, StepBuffers, VecEnv};
 
 use crate::{
     adam::Adam,
-    config::{Config, ConfigError, Precision, SymmetryBy},
+    config::{Config, ConfigError, Precision},
     deal::Deal,
     exchange::{Alone, Exchange, RankError},
     gradient::{Engine, MinibatchLoss, Networks, Workspace},
@@ -98,8 +98,7 @@ pub struct Trainer<E> {
     deal: Deal,
     env: E,
     networks: Networks,
-    mirror: Option<Mirror>,
-    symmetry: Option<Symmetry>,
+    symmetry: Symmetry,
     observation_scale: Vec<f32>,
     parameters: Vec<f32>,
     adam: Adam,
@@ -157,20 +156,13 @@ impl<E: VecEnv> Trainer<E> {
                 config.minibatches
             )));
         }
-        let mirror = env.mirror();
-        if config.symmetry != SymmetryBy::None && mirror.is_none() {
-            let message = format!("symmetry is {:?}, but this task has no mirror image", config.symmetry);
-            return Err(TrainError::Shape(message));
-        }
         let networks = Networks {
             actor: Architecture::new(observation_dim, &config.actor_hidden, action_dim),
             critic: Architecture::new(observation_dim, &config.critic_hidden, 1),
             actions: action_dim,
         };
         let parameters = networks.initial_parameters(seed, config.initial_std);
-        let by = |by: SymmetryBy| mirror.as_ref().filter(|_| config.symmetry == by);
-        let symmetry = by(SymmetryBy::Networks).map(|mirror| Symmetry::new(&networks, mirror));
-        let mirror = by(SymmetryBy::Samples).cloned();
+        let symmetry = Symmetry::new(config.symmetry, env.mirror(), &networks).map_err(TrainError::Shape)?;
         let mut buffers = StepBuffers::new(num_envs, observation_dim);
         env.reset(&mut buffers.observations);
         let mut trainer = Self {
@@ -190,7 +182,6 @@ impl<E: VecEnv> Trainer<E> {
             team,
             env,
             networks,
-            mirror,
             symmetry,
             parameters,
             buffers,
@@ -199,8 +190,8 @@ impl<E: VecEnv> Trainer<E> {
         if trainer.config.kinks_at_observations {
             trainer.move_kinks();
         }
-        if let Some(symmetry) = &trainer.symmetry {
-            symmetry.impose(&mut trainer.parameters);
+        if let Some(images) = trainer.symmetry.of_networks() {
+            images.impose(&mut trainer.parameters);
         }
         Ok(trainer)
     }

@@ -99,7 +99,7 @@ impl<E: VecEnv> Trainer<E> {
     }
 
     fn check_symmetry(&self) -> Result<(), TrainError> {
-        if self.symmetry.as_ref().is_some_and(|symmetry| !symmetry.holds(&self.parameters)) {
+        if self.symmetry.of_networks().is_some_and(|images| !images.holds(&self.parameters)) {
             let message = "these weights are not left–right symmetric, so symmetry must be \"samples\" or \"none\" (--set ppo.symmetry=none)";
             return Err(TrainError::Shape(message.into()));
         }

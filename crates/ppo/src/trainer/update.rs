@@ -37,8 +37,7 @@ impl<E: VecEnv> Trainer<E> {
                     networks: &self.networks,
                     noise: &Gaussian::new(self.networks.split(&self.parameters).2),
                     old_noise: &old_noise,
-                    mirror: self.mirror.as_ref(),
-                    symmetry: self.symmetry.as_ref(),
+                    symmetry: &self.symmetry,
                 };
                 self.engine.load(&self.networks, &self.parameters);
                 let exchange = self.team.exchange();
