@@ -36,7 +36,7 @@ pub(super) fn header(data: &ReportData) -> Element {
         .child(paragraph("lead", summary(&data.judged)))
 }
 
-/// Suite, ground, robot, repetitions and policy, as far as they are known.
+/// Suite, ground, robot, what the supervisor saw, repetitions, policy and engine, as far as they are known.
 fn setting(results: &Results) -> String {
     let named = |word: &str, name: &str| (!name.is_empty()).then(|| format!("{word} {name}"));
     let level = if results.level > 0 { format!(", level {}", results.level) } else { String::new() };
@@ -48,9 +48,11 @@ fn setting(results: &Results) -> String {
         Some(robot.into()),
         results.friction.map(|friction| format!("friction {friction}")),
         results.unloaded.then(|| "pulls seen that do not act".into()),
+        (results.force_noise_n > 0.0).then(|| format!("force seen with ±{} N", results.force_noise_n)),
         (results.episodes > 0).then_some(repetitions),
         Some(format!("seed {}", results.seed)),
         named("locomotion policy", &results.locomotion),
+        results.engine.as_ref().map(|engine| format!("in {engine}")),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }

@@ -29,6 +29,26 @@ fn a_full_page_is_well_formed_and_has_every_section() {
 }
 
 #[test]
+fn the_setting_says_what_is_not_as_usual() {
+    type Change = fn(&mut Results);
+    let setting = |change: Change| {
+        let mut data = full();
+        change(&mut data.judged);
+        classed(parse(&render(&data)).root(), "setting").map(text).collect::<String>()
+    };
+    let usual = setting(|_| ());
+    let unusual: [(&str, Change); 4] = [
+        ("friction 0.3", |results| results.friction = Some(0.3)),
+        ("pulls seen that do not act", |results| results.unloaded = true),
+        ("force seen with ±2 N", |results| results.force_noise_n = 2.0),
+        ("in MuJoCo 4.0.0", |results| results.engine = Some("MuJoCo 4.0.0".into())),
+    ];
+    for (words, change) in unusual {
+        assert!(setting(change).contains(words) && !usual.contains(words), "{words}: {usual}");
+    }
+}
+
+#[test]
 fn what_is_empty_is_left_out_without_an_empty_frame() {
     let nothing = render(&ReportData::default());
     assert_eq!(headings(&nothing), ["Behavior reward"]);
