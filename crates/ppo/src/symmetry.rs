@@ -23,8 +23,9 @@ impl Symmetry {
     /// # Errors
     /// The task has no mirror image.
     pub(crate) fn new(by: SymmetryBy, mirror: Option<Mirror>, networks: &Networks) -> Result<Self, String> {
-        let mirror =
-            || mirror.ok_or_else(|| format!("symmetry is {by:?}, but this task has no mirror image"));
+        let word = format!("{by:?}").to_lowercase();
+        let without = || format!("symmetry is {word}, must be none: this task has no mirror image");
+        let mirror = || mirror.ok_or_else(without);
         Ok(match by {
             SymmetryBy::None => Self::None,
             SymmetryBy::Samples => Self::Samples(mirror()?),
@@ -142,6 +143,14 @@ mod tests {
         let [value, of_mirrored] =
             [&state, &mirrored].map(|state| output(&networks.critic, critic, state)[0]);
         assert!((value - of_mirrored).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_task_without_a_mirror_image_can_only_do_without_symmetry() {
+        let (networks, _) = networks();
+        assert!(Symmetry::new(SymmetryBy::None, None, &networks).is_ok());
+        let error = Symmetry::new(SymmetryBy::Samples, None, &networks).unwrap_err();
+        assert_eq!(error, "symmetry is samples, must be none: this task has no mirror image");
     }
 
     #[test]
