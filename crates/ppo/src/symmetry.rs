@@ -20,8 +20,10 @@ pub(crate) enum Symmetry {
 }
 
 impl Symmetry {
+    /// What using a task's mirror image this way takes.
+    ///
     /// # Errors
-    /// The task has no mirror image.
+    /// The task has none.
     pub(crate) fn new(by: SymmetryBy, mirror: Option<Mirror>, networks: &Networks) -> Result<Self, String> {
         let word = format!("{by:?}").to_lowercase();
         let without = || format!("symmetry is {word}, must be none: this task has no mirror image");

@@ -52,7 +52,7 @@ fn setting(results: &Results) -> String {
         (results.episodes > 0).then_some(repetitions),
         Some(format!("seed {}", results.seed)),
         named("locomotion policy", &results.locomotion),
-        results.engine.as_ref().map(|engine| format!("in {engine}")),
+        named("in", results.engine.as_deref().unwrap_or_default()),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }
