@@ -39,10 +39,12 @@ fn the_papers_setting_is_the_papers() {
     let file = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(name);
     let walk: LocomotionRun = resolve(Some(&file("locomotion/paper.toml")), &[]).unwrap();
     assert_eq!((walk.training.num_envs, walk.ppo.steps_per_env), (4096, 24));
-    assert_eq!(walk.ppo.actor_hidden, [512, 256, 128]);
+    let framework = ppo::Config::default();
+    assert_eq!(walk.ppo, framework);
     let guide: SupervisorRun = resolve(Some(&file("supervisor/paper.toml")), &[]).unwrap();
     assert_eq!((guide.training.num_envs, guide.training.iterations), (4096, 3000));
-    assert_eq!(guide.ppo.actor_hidden, [128, 128, 128]);
+    let hidden = vec![128, 128, 128];
+    assert_eq!(guide.ppo, ppo::Config { actor_hidden: hidden.clone(), critic_hidden: hidden, ..framework });
     assert_eq!(guide.task.pull.x_n, [-80.0, 0.0]);
     assert_eq!((guide.task.command_rate, guide.task.heading_drift), (-1e-4, 0.0));
 }

@@ -83,10 +83,12 @@ pub struct Config {
     /// acted had them. Unlike a reward's price on changes it does not see the noise that explores \[1; 0 to 1000\]. Source: Mysore et
     /// al., Regularizing action policies for smooth control, 2021, equation 1 (there against the next mean alone); Isaac Lab, 0.
     pub smoothness: f32,
-    /// Iterations over which `desired_kl` and `entropy_coefficient` fall in a straight line to a tenth, so that the policy
+    /// Iterations over which `desired_kl` and `entropy_coefficient` fall in a straight line to `anneal_to`, so that the policy
     /// settles on the mean of what noisy gradients say; 0 keeps them \[iterations; 0 to 100000000\]. Source: docs/findings.md,
     /// "Annealing".
     pub anneal_iterations: u64,
+    /// What is left of them in the end, as a share \[1; 0 to 1\]. Source: docs/findings.md, "Annealing".
+    pub anneal_to: f32,
     /// Bounds of the learning rate, in order \[1; above 0 to 1\]. Source: rsl_rl, 1e-5 and 1e-2; large networks blew up above
     /// 1e-3 (docs/findings.md).
     pub learning_rate_range: [f32; 2],
@@ -94,6 +96,10 @@ pub struct Config {
     pub max_gradient_norm: f32,
     /// Standard deviation of every action at the start \[1; above 0 to 100\]. Source: Isaac Lab, 1.
     pub initial_std: f32,
+    /// What the first weights and biases of the actor's last layer are multiplied by: with little, every mean action begins near 0 and
+    /// chance decides less of what is tried first \[1; 0 to 1\]. Source: Andrychowicz et al., What matters in on-policy reinforcement
+    /// learning, 2021, section 3.2, 0.01; rsl_rl, 1.
+    pub initial_output_scale: f32,
     /// What the standard deviation of any action is cut off at before each iteration: a policy that has learned its task and a critic
     /// that knows it learn precision with little noise \[1; above 0 to 100\]. Source: docs/findings.md, "Less noise at the end";
     /// Isaac Lab: no limit.
@@ -138,9 +144,11 @@ impl Default for Config {
             desired_kl: 0.01,
             smoothness: 0.0,
             anneal_iterations: 0,
+            anneal_to: 0.1,
             learning_rate_range: [1e-5, 1e-2],
             max_gradient_norm: 1.0,
             initial_std: 1.0,
+            initial_output_scale: 1.0,
             max_std: 100.0,
             quiet_share: 0.0,
             critic_iterations: 0,
@@ -164,9 +172,6 @@ pub struct ConfigError {
     pub allowed: &'static str,
 }
 
-/// What is left of the annealed settings at the end.
-const ANNEALED: f32 = 0.1;
-
 impl Config {
     /// The settings of an iteration: the annealed ones as they are by then.
     pub fn at(&self, iteration: u64) -> Self {
@@ -174,7 +179,7 @@ impl Config {
             0 => 0.0,
             iterations => (iteration as f32 / iterations as f32).min(1.0),
         };
-        let scale = 1.0 - (1.0 - ANNEALED) * progress;
+        let scale = 1.0 - (1.0 - self.anneal_to) * progress;
         Self {
             desired_kl: scale * self.desired_kl,
             entropy_coefficient: scale * self.entropy_coefficient,
@@ -219,12 +224,16 @@ impl Config {
         let iterations = self.anneal_iterations;
         let fits = iterations <= 100_000_000;
         check(fits, "anneal_iterations", &iterations, "from 0 to 100000000")?;
+        let to = self.anneal_to;
+        check((0.0..=1.0).contains(&to), "anneal_to", &to, "from 0 to 1")?;
         let iterations = self.critic_iterations;
         let fits = iterations <= 100_000_000;
         check(fits, "critic_iterations", &iterations, "from 0 to 100000000")?;
         let norm = self.max_gradient_norm;
         check(positive(norm, 1e6), "max_gradient_norm", &norm, "above 0, at most 1000000")?;
         check(positive(self.initial_std, 100.0), "initial_std", &self.initial_std, "above 0, at most 100")?;
+        let scale = self.initial_output_scale;
+        check((0.0..=1.0).contains(&scale), "initial_output_scale", &scale, "from 0 to 1")?;
         check(positive(self.max_std, 100.0), "max_std", &self.max_std, "above 0, at most 100")?;
         let share = self.quiet_share;
         check((0.0..=0.9).contains(&share), "quiet_share", &share, "from 0 to 0.9")?;
@@ -247,9 +256,9 @@ mod tests {
     }
 
     #[test]
-    fn annealed_settings_fall_to_a_tenth_and_stay_there() {
-        let config = Config { anneal_iterations: 100, desired_kl: 0.02, ..Config::default() };
-        for (iteration, desired) in [(0, 0.02), (50, 0.011), (100, 0.002), (1000, 0.002)] {
+    fn annealed_settings_fall_to_their_share_and_stay_there() {
+        let config = Config { anneal_iterations: 100, anneal_to: 0.2, desired_kl: 0.02, ..Config::default() };
+        for (iteration, desired) in [(0, 0.02), (50, 0.012), (100, 0.004), (1000, 0.004)] {
             assert!((config.at(iteration).desired_kl - desired).abs() < 1e-7, "{iteration}");
         }
         let kept = Config { anneal_iterations: 0, ..config };

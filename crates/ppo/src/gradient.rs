@@ -39,11 +39,11 @@ impl Networks {
     }
 
     /// Random weights and biases, the same deviation of all actions.
-    pub(crate) fn initial_parameters(&self, seed: u64, std: f32) -> Vec<f32> {
-        let mut parameters = vec![std.ln(); self.num_parameters()];
+    pub(crate) fn initial_parameters(&self, seed: u64, config: &Config) -> Vec<f32> {
+        let mut parameters = vec![config.initial_std.ln(); self.num_parameters()];
         let (actor, critic, _) = self.split_mut(&mut parameters);
-        self.actor.initialize(seed, 0, actor);
-        self.critic.initialize(seed, 1, critic);
+        self.actor.initialize(seed, 0, config.initial_output_scale, actor);
+        self.critic.initialize(seed, 1, 1.0, critic);
         parameters
     }
 
@@ -265,7 +265,8 @@ mod tests {
             critic: Architecture::new(4, &[5], 1),
             actions: 2,
         };
-        let parameters = networks.initial_parameters(1, (-0.2_f32).exp());
+        let config = Config { initial_std: (-0.2_f32).exp(), smoothness: 0.3, ..Config::default() };
+        let parameters = networks.initial_parameters(1, &config);
         let mut rollout = Rollout::new(700, 1, 4, 2);
         let mut random = Philox::new(2, 0, 0, 0, Purpose::Evaluation);
         let Rollout { observations, actions, means, smooth_means, .. } = &mut rollout;
@@ -279,7 +280,7 @@ mod tests {
             rollout.advantages[i] = random.normal();
             rollout.value_targets[i] = random.uniform(-1.0, 1.0);
         }
-        (Config { smoothness: 0.3, ..Config::default() }, networks, parameters, rollout)
+        (config, networks, parameters, rollout)
     }
 
     fn mirror() -> Mirror {

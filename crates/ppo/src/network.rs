@@ -132,13 +132,16 @@ impl Architecture {
         }
     }
 
-    /// Uniform weights and biases within ±1/√inputs of their layer (PyTorch's default for linear layers).
-    pub(crate) fn initialize(&self, seed: u64, stream: usize, parameters: &mut [f32]) {
+    /// Uniform weights and biases within ±1/√inputs of their layer (PyTorch's default for linear layers), those of the last layer
+    /// within `output_scale` times as much.
+    pub(crate) fn initialize(&self, seed: u64, stream: usize, output_scale: f32, parameters: &mut [f32]) {
         let mut random = Philox::new(seed, stream, 0, 0, Purpose::Weights);
         let mut rest = parameters;
-        for w in self.widths.windows(2) {
+        let last = self.widths.len() - 2;
+        for (i, w) in self.widths.windows(2).enumerate() {
             let (layer, next) = rest.split_at_mut((w[0] + 1) * w[1]);
-            let bound = 1.0 / (w[0] as f32).sqrt();
+            let scale = if i == last { output_scale } else { 1.0 };
+            let bound = scale / (w[0] as f32).sqrt();
             layer.fill_with(|| random.uniform(-bound, bound));
             rest = next;
         }
@@ -303,7 +306,7 @@ mod tests {
     fn weights_go_out_and_come_back() {
         let network = Architecture::new(3, &[4], 2);
         let mut parameters = vec![0.0; network.num_parameters()];
-        network.initialize(1, 0, &mut parameters);
+        network.initialize(1, 0, 1.0, &mut parameters);
         let scale = [2.0, 0.25, 4.0];
         let mlp = network.to_mlp(&parameters, &scale);
         let mut back = vec![0.0; parameters.len()];
@@ -318,7 +321,7 @@ mod tests {
     fn backward_is_the_derivative_of_forward() {
         let network = Architecture::new(5, &[7, 6], 3);
         let mut parameters = vec![0.0; network.num_parameters()];
-        network.initialize(1, 0, &mut parameters);
+        network.initialize(1, 0, 1.0, &mut parameters);
         let rows = 4;
         let input: Vec<f32> = (0..rows * 5).map(|i| (i as f32).sin()).collect();
         let weights: Vec<f32> = (0..rows * 3).map(|i| (i as f32 * 1.3).cos()).collect();

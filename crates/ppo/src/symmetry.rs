@@ -95,6 +95,7 @@ impl Images {
 mod tests {
     use super::*;
     use crate::{
+        Config,
         network::{Architecture, store_rows},
         panels::{LANES, Precision, Single},
     };
@@ -113,7 +114,7 @@ mod tests {
             critic: Architecture::new(4, &[5], 1),
             actions: 3,
         };
-        let parameters = networks.initial_parameters(1, 0.7);
+        let parameters = networks.initial_parameters(1, &Config::default());
         (networks, parameters)
     }
 

@@ -123,6 +123,22 @@ fn every_unit_has_its_kink_at_one_of_the_first_observations() {
     }
 }
 
+#[test]
+fn a_small_last_layer_begins_with_small_mean_actions() {
+    let policy = |initial_output_scale| {
+        Trainer::new(Config { initial_output_scale, ..config() }, 3, Toy::new(Rule::Echo, 64))
+            .unwrap()
+            .policy()
+    };
+    let [usual, small] = [1.0, 0.01].map(policy);
+    let (usual_last, small_last) = (usual.layers.last().unwrap(), small.layers.last().unwrap());
+    assert!(usual_last.weight.iter().any(|weight| weight.abs() > 0.1));
+    for (usual, small) in [(&usual_last.weight, &small_last.weight), (&usual_last.bias, &small_last.bias)] {
+        assert!(usual.iter().zip(small).all(|(usual, small)| (0.01 * usual - small).abs() < 1e-6));
+    }
+    assert_eq!(usual.layers[0], small.layers[0]);
+}
+
 /// A step of the optimizer follows the cut, so the noise may be a little above it at the end of an iteration.
 #[test]
 fn noise_is_cut_off_in_the_middle_of_a_training() {

@@ -161,7 +161,7 @@ impl<E: VecEnv> Trainer<E> {
             critic: Architecture::new(observation_dim, &config.critic_hidden, 1),
             actions: action_dim,
         };
-        let parameters = networks.initial_parameters(seed, config.initial_std);
+        let parameters = networks.initial_parameters(seed, &config);
         let symmetry = Symmetry::new(config.symmetry, env.mirror(), &networks).map_err(TrainError::Shape)?;
         let mut buffers = StepBuffers::new(num_envs, observation_dim);
         env.reset(&mut buffers.observations);
