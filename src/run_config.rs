@@ -90,9 +90,6 @@ impl TaskConfig for GuidanceConfig {
     }
 }
 
-/// Half of a supervisor's usual training: enough over a walk of level ground.
-pub const SHORT_SUPERVISOR_TRAINING: [&str; 2] = ["training.iterations=300", "ppo.anneal_iterations=300"];
-
 impl<T: TaskConfig> Default for Run<T> {
     fn default() -> Self {
         let (training, ppo) = T::learning();

@@ -46,7 +46,8 @@ fn the_papers_setting_is_the_papers() {
     let hidden = vec![128, 128, 128];
     assert_eq!(guide.ppo, ppo::Config { actor_hidden: hidden.clone(), critic_hidden: hidden, ..framework });
     assert_eq!(guide.task.pull.x_n, [-80.0, 0.0]);
-    assert_eq!((guide.task.command_rate, guide.task.heading_drift), (-1e-4, 0.0));
+    assert_eq!(guide.task.command_rate, -1e-4);
+    assert_eq!((guide.task.heading_drift, guide.task.place_drift), (0.0, 0.0));
 }
 
 /// What a field's description says may be in it: `[unit; low to high]`, or `above low to high`.

@@ -27,7 +27,7 @@ const PAPER_FORCES: &[&str] = &[
 
 /// One thing that is other than in `guidedog config supervisor`, of which the training is a third as long here: its name and groups of
 /// settings.
-pub(super) const ABLATIONS: [(&str, &[&[&str]]); 9] = [
+pub(super) const ABLATIONS: [(&str, &[&[&str]]); 10] = [
     ("ours", &[]),
     (
         "paper-task",
@@ -37,6 +37,7 @@ pub(super) const ABLATIONS: [(&str, &[&[&str]]); 9] = [
                 "task.threshold_margin_n=[0,0]",
                 "task.pull.noise_n=[0,0,0]",
                 "task.heading_drift=0",
+                "task.place_drift=0",
                 "task.fall=0",
             ],
         ],
@@ -44,7 +45,8 @@ pub(super) const ABLATIONS: [(&str, &[&[&str]]); 9] = [
     ("paper-forces", &[PAPER_FORCES]),
     ("no-symmetry", &[&["ppo.symmetry=none"]]),
     ("mirrored-samples", &[&["ppo.symmetry=samples"]]),
-    ("no-drift-term", &[&["task.heading_drift=0"]]),
+    ("no-heading-drift", &[&["task.heading_drift=0"]]),
+    ("no-place-drift", &[&["task.place_drift=0"]]),
     ("no-force-noise", &[&["task.pull.noise_n=[0,0,0]"]]),
     ("every-0.02-s", &[&["task.supervisor_period_s=0.02"]]),
     ("every-0.2-s", &[&["task.supervisor_period_s=0.2"]]),

@@ -57,11 +57,15 @@ impl Behavior {
         }
     }
 
+    /// Whether the handler wants to stay in place.
+    pub fn stays(self) -> bool {
+        matches!(self, Self::Stop | Self::Spin)
+    }
+
     /// Table II's velocities under a force: v_x, v_y \[m/s\], ω_z \[rad/s\].
     pub fn target(self, force: [f32; 3]) -> [f32; 3] {
-        let forward = matches!(self, Self::Walk | Self::Turn);
         let around = matches!(self, Self::Turn | Self::Spin);
-        let speed = if forward { GUIDING_SPEED_MPS } else { 0.0 };
+        let speed = if self.stays() { 0.0 } else { GUIDING_SPEED_MPS };
         let yaw_rate = if around { YAW_RATE_PER_NEWTON * force[1] } else { 0.0 };
         [speed, 0.0, yaw_rate]
     }

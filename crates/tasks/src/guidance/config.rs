@@ -44,6 +44,9 @@ pub struct GuidanceConfig {
     /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
     /// \[1/rad; -100 to 0\]. Source: docs/findings.md, "Drift of the heading"; the paper: 0.
     pub heading_drift: f32,
+    /// Weight of the drift of the place where a robot is to stay, in Stop and Spin: the size of the horizontal velocity's running mean
+    /// over 0.5 s, at most 0.15 m/s \[1/m; -100 to 0\]. Source: docs/findings.md, "Drift of the place"; the paper: 0.
+    pub place_drift: f32,
     /// Paid once for a fall \[1; -100 to 0\]. Source: docs/findings.md, "A price on falls"; the paper: 0.
     pub fall: f32,
     /// Differences between robots.
@@ -66,6 +69,7 @@ impl Default for GuidanceConfig {
             threshold_margin_n: [1.1, 0.8],
             command_rate: -1e-4,
             heading_drift: -2.0,
+            place_drift: -2.0,
             fall: -3.0,
             randomization: Randomization::default(),
             reset: ResetSpread::default(),
@@ -96,6 +100,7 @@ impl GuidanceConfig {
         }
         within("command_rate", self.command_rate, -10.0, 0.0)?;
         within("heading_drift", self.heading_drift, -100.0, 0.0)?;
+        within("place_drift", self.place_drift, -100.0, 0.0)?;
         within("fall", self.fall, -100.0, 0.0)?;
         self.pull.validate()?;
         self.randomization.validate()?;

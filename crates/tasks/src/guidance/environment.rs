@@ -21,7 +21,7 @@ use crate::{
 
 const OBSERVATION: usize = layout::SUPERVISOR_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 3;
+const STATE_VERSION: u32 = 4;
 
 /// The guidance task for a number of robots.
 pub struct GuidanceEnv {
@@ -254,6 +254,28 @@ mod tests {
     }
 
     #[test]
+    fn creeping_costs_where_a_robot_is_to_stay_and_nowhere_else() {
+        let rewards = |x: f32, place_drift: f32| {
+            let pull = super::super::PullConfig {
+                x_n: [x, x],
+                y_n: [0.0, 0.0],
+                near_threshold_share: 0.0,
+                ..Default::default()
+            };
+            let mut env = env(GuidanceConfig { pull, place_drift, ..GuidanceConfig::default() });
+            let mut buffers = StepBuffers::new(144, OBSERVATION);
+            env.reset(&mut buffers.observations);
+            run(&mut env, &mut buffers, 3);
+            buffers.rewards
+        };
+        assert_eq!(rewards(0.0, -2.0), rewards(0.0, 0.0));
+        let [free, priced] = [0.0, -2.0].map(|place_drift| rewards(-60.0, place_drift));
+        let most = 2.0 * 0.15 * 0.1;
+        assert!(free.iter().zip(&priced).all(|(free, priced)| (0.0..most + 1e-4).contains(&(free - priced))));
+        assert!(free.iter().zip(&priced).any(|(free, priced)| free - priced > 1e-3));
+    }
+
+    #[test]
     fn the_same_bits_for_any_number_of_threads_and_after_a_resume() {
         let after = |threads: usize, cut: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -278,7 +300,7 @@ mod tests {
             let found = after(threads, cut);
             assert!(found.observations == expected.observations && found.rewards == expected.rewards);
         }
-        assert!(env(GuidanceConfig::default()).load_state(&[3, 0, 0, 0, 7]).is_err());
+        assert!(env(GuidanceConfig::default()).load_state(&[4, 0, 0, 0, 7]).is_err());
     }
 
     #[test]

@@ -7,8 +7,8 @@ use terrain::TerrainGrid;
 use super::{
     Behavior, Course, GuidanceConfig, Squad, behavior_reward,
     config::{COMMAND_HIGH, COMMAND_LOW},
+    drift::Drift,
     force::sensed_force,
-    heading_drift::HeadingDrift,
     metrics::Metrics,
 };
 use crate::{
@@ -43,7 +43,7 @@ pub(super) struct Guided {
     force: [f32; 3],
     /// The last command, as limited.
     pub(super) previous_command: [f32; 3],
-    drift: HeadingDrift,
+    drift: Drift,
     fallen: bool,
 }
 
@@ -161,9 +161,13 @@ impl GuidedSquad {
                 let velocity = [v_x, v_y, motion.angular_velocity[2]];
                 let target = behavior.target(guided.force);
                 reward = behavior_reward(target, velocity);
-                let drift = guided.drift.update(velocity[2] - target[2]);
-                rewards[robot] += shared.config.heading_drift * drift * CONTROL_PERIOD_S;
-                self.metrics.add_drift(drift);
+                guided.drift.update(std::array::from_fn(|i| velocity[i] - target[i]));
+                let [heading, place] = [guided.drift.of_heading(), guided.drift.of_place()];
+                rewards[robot] += shared.config.heading_drift * heading * CONTROL_PERIOD_S;
+                self.metrics.add_drift(heading);
+                if behavior.stays() {
+                    rewards[robot] += shared.config.place_drift * place * CONTROL_PERIOD_S;
+                }
             }
             rewards[robot] += reward * CONTROL_PERIOD_S;
             self.metrics.add(behavior, reward);
@@ -186,7 +190,7 @@ impl Archived for Guided {
         archive.index(&mut self.level);
         archive.f32s(&mut self.force);
         archive.f32s(&mut self.previous_command);
-        archive.f32(&mut self.drift.mean);
+        archive.f32s(&mut self.drift.mean);
         archive.flag(&mut self.fallen);
     }
 }

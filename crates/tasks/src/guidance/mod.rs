@@ -2,10 +2,10 @@
 
 mod behavior;
 mod config;
+mod drift;
 mod environment;
 mod force;
 mod guided_squad;
-mod heading_drift;
 mod metrics;
 mod supervisor;
 mod walker;
