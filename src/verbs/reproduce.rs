@@ -18,7 +18,7 @@ use guidedog::learner::{Start, Training};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
 use guidedog::result_tables::table;
-use guidedog::run_config::SupervisorRun;
+use guidedog::run_config::{SHORT_SUPERVISOR_TRAINING, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::say;
 use guidedog::stages;
@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         let Some(walk) = walk else { return Ok(stopped()) };
         let over_it =
             [format!("task.locomotion={:?}", policies::name(&walk)?), "task.terrain=\"flat\"".into()];
-        settings.splice(0..0, over_it);
+        settings.splice(0..0, over_it.into_iter().chain(SHORT_SUPERVISOR_TRAINING.map(str::to_owned)));
     }
     let config: SupervisorRun = resolve_text("defaults", "", &settings)?;
     config.validate()?;
