@@ -44,8 +44,8 @@ pub struct GuidanceConfig {
     /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
     /// \[1/rad; -100 to 0\]. Source: docs/findings.md, "Drift of the heading"; the paper: 0.
     pub heading_drift: f32,
-    /// Weight of the drift of the place where a robot is to stay, in Stop and Spin: the size of the horizontal velocity's running mean
-    /// over 0.5 s, at most 0.15 m/s \[1/m; -100 to 0\]. Source: docs/findings.md, "Drift of the place"; the paper: 0.
+    /// Weight of the drift of the place where a robot is to stay, in Stop and Spin: the size of the running mean over 0.5 s of the
+    /// horizontal velocity, less what is wanted, at most 0.15 m/s \[1/m; -100 to 0\]. Source: docs/findings.md, "Drift of the place"; the paper: 0.
     pub place_drift: f32,
     /// Paid once for a fall \[1; -100 to 0\]. Source: docs/findings.md, "A price on falls"; the paper: 0.
     pub fall: f32,

@@ -162,10 +162,11 @@ impl GuidedSquad {
                 let target = behavior.target(guided.force);
                 reward = behavior_reward(target, velocity);
                 guided.drift.update(std::array::from_fn(|i| velocity[i] - target[i]));
-                let [heading, place] = [guided.drift.of_heading(), guided.drift.of_place()];
+                let heading = guided.drift.of_heading();
                 rewards[robot] += shared.config.heading_drift * heading * CONTROL_PERIOD_S;
                 self.metrics.add_drift(heading);
                 if behavior.stays() {
+                    let place = guided.drift.of_place();
                     rewards[robot] += shared.config.place_drift * place * CONTROL_PERIOD_S;
                 }
             }
