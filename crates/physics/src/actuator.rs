@@ -1,6 +1,6 @@
 //! Joint servos: PD behind the speed–torque limit of a DC motor, linearized for an implicit step.
 //!
-//! Source of the law: reference DC-motor model (saturation torque, effort limit, velocity limit):
+//! Source of the law: `DCMotor` of Isaac Lab (`actuators/actuator_pd.py`, late 2024):
 //! τ* = kp (q_des − q) − kd q̇, limited to what the motor gives at q̇:
 //! τ_max = clamp(τ_sat (1 − q̇/q̇_lim), 0, τ_lim), τ_min = clamp(τ_sat (−1 − q̇/q̇_lim), −τ_lim, 0).
 
@@ -11,7 +11,8 @@ use crate::engine::Actuator;
 /// A torque that is affine in the joint's velocity at the end of the step: τ = constant − damping · q̇.
 ///
 /// Each of the law's branches is affine, so taking it implicitly is exact within a branch and stable for any gain:
-/// kd dt / I reaches 0.9 at a shank, and the motor's own slope of 16 N m s/rad more than that.
+/// kd dt / I reaches 0.9 at a shank, and the motor's own slope of 16 N m s/rad more than that. The branch is that of the
+/// velocity at the beginning: a step that stops a joint may follow its line beyond the effort limit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AffineTorque<L> {
     pub(crate) constant: L,

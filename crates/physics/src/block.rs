@@ -16,9 +16,9 @@ pub struct State<L> {
     pub base_linear_velocity: Vec3<L>,
     /// Angular velocity of the base, in the base frame \[rad/s\].
     pub base_angular_velocity: Vec3<L>,
-    /// Joint positions \[rad\], model order.
+    /// Joint positions \[rad or m\], model order.
     pub joint_position: Vec<L>,
-    /// Joint velocities \[rad/s\], model order.
+    /// Joint velocities \[rad/s or m/s\], model order.
     pub joint_velocity: Vec<L>,
 }
 
@@ -31,16 +31,16 @@ pub struct Parameters<L> {
     pub friction: L,
     /// Center of the handler's hand in the base frame \[m\]: where `hand_force` acts, and its contact sphere.
     pub hand_position: Vec3<L>,
-    /// Proportional gain of the joint servo \[N m/rad\].
+    /// Proportional gain of the joint servos \[N m/rad or N/m\].
     pub stiffness: L,
-    /// Derivative gain of the joint servo \[N m s/rad\].
+    /// Derivative gain of the joint servos \[N m s/rad or N s/m\].
     pub damping: L,
 }
 
 /// What is done to the robots during a step.
 #[derive(Clone, Debug)]
 pub struct Input<L> {
-    /// Joint position targets \[rad\], model order.
+    /// Joint position targets \[rad or m\], model order.
     pub joint_target: Vec<L>,
     /// Force of the hand on the robot, in the heading frame \[N\], at [`Parameters::hand_position`].
     pub hand_force: Vec3<L>,
@@ -51,7 +51,8 @@ pub struct Input<L> {
 /// What a step reports beside the new state.
 #[derive(Clone, Debug)]
 pub struct Output<L> {
-    /// Torques the actuators applied in the last step \[N m\], model order.
+    /// Torques the actuators applied in the last step \[N m or N\], model order; where it slowed a joint they may be above
+    /// [`Actuator::effort_limit`](crate::Actuator::effort_limit).
     pub joint_torque: Vec<L>,
     /// Force of the ground on each contact sphere in the last step, world frame \[N\], in the order of
     /// `RobotModel::contacts`.

@@ -89,7 +89,7 @@ impl<L: Lane> Block<L> {
         w.force
     }
 
-    /// The acceleration `v̇` under these joint torques \[N m\] and the forces of [`Block::input`]; neither ground nor
+    /// The acceleration `v̇` under these joint torques \[N m or N\] and the forces of [`Block::input`]; neither ground nor
     /// joint limits nor servos act. It comes from the same factor a step uses.
     ///
     /// # Panics

@@ -22,28 +22,31 @@ pub struct Config {
     pub gravity: [f64; 3],
     /// Gauss–Seidel sweeps over the contacts in each step.
     pub solver_sweeps: usize,
-    /// Share of a penetration that is corrected in one step.
+    /// Share of a penetration, and of what a joint is beyond its limit, that is corrected in one step.
     pub error_reduction: f64,
-    /// Fastest correction of a penetration \[m/s\].
+    /// Fastest correction of a penetration \[m/s\]. That of a joint limit has no such bound; but where a step's impulses would
+    /// add more energy than the whole robot has at this speed, all of them are scaled down.
     pub max_depenetration_speed: f64,
     /// A contact enters the solver when its gap is below this and what it approaches by in a step \[m\].
     pub contact_margin: f64,
-    /// The joint servos.
+    /// The joint servos, the same for all joints.
     pub actuator: Actuator,
 }
 
-/// A PD servo behind a DC motor's speed–torque limit; `reference` values of ANYmal D.
+/// A PD servo behind a DC motor's speed–torque limit. The default has legged_gym's gains for ANYmal C
+/// (`anymal_c_rough_config.py`) and the limits of Isaac Lab's ANYmal D (`lab_assets/anymal.py`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
-    /// Nominal proportional gain \[N m/rad\].
+    /// Nominal proportional gain \[N m/rad or N/m\].
     pub stiffness: f64,
-    /// Nominal derivative gain \[N m s/rad\].
+    /// Nominal derivative gain \[N m s/rad or N s/m\].
     pub damping: f64,
-    /// Stall torque \[N m\]: torque available falls linearly from here to zero at `velocity_limit`.
+    /// Stall torque \[N m or N\]: torque available falls linearly from here to zero at `velocity_limit`.
     pub saturation_torque: f64,
-    /// Largest torque \[N m\].
+    /// Largest torque at the speed a step begins with \[N m or N\]. A step that slows a joint follows the line of that speed to
+    /// its end, where the torque may be more: `saturation_torque`, if the joint was on the sloping part and stops.
     pub effort_limit: f64,
-    /// Speed at which no driving torque is left \[rad/s\].
+    /// Speed at which no driving torque is left \[rad/s or m/s\].
     pub velocity_limit: f64,
 }
 
@@ -83,7 +86,11 @@ pub struct Engine<L: Lane> {
 }
 
 impl<L: Lane> Engine<L> {
-    /// An engine for one robot on one ground.
+    /// An engine for one robot on one ground. Its servos are `config.actuator`, the same for all joints: the effort and
+    /// velocity limits of the robot's description are not used.
+    ///
+    /// # Panics
+    /// If the ground has 2²⁴ cells or more, counting a rim of one around it; a `TerrainGrid` has fewer.
     pub fn new(robot: RobotModel, terrain: Arc<HeightField>, config: Config) -> Self {
         let hand = robot.contacts.iter().find(|sphere| sphere.part == BodyPart::Hand);
         let hand_position = hand.map_or_else(Vec3::zero, |hand| Vec3::splat(hand.center.to_array()));

@@ -24,7 +24,7 @@ pub(crate) struct Workspace<L> {
     pub(crate) composite: Vec<Inertia<L>>,
     /// Per joint: torque of the servo.
     pub(crate) torque: Vec<AffineTorque<L>>,
-    /// Per joint: armature plus implicit damping \[kg m²\].
+    /// Per joint: armature plus implicit damping \[kg m² or kg\].
     pub(crate) diagonal: Vec<L>,
     /// Packed mass matrix, then its factor.
     pub(crate) factor: Vec<L>,

@@ -8,7 +8,7 @@ use crate::{
 };
 
 impl Default for Harness {
-    /// The design's figures: 0.8 m and 0.5 kg of bar, a hand of 1.5 kg.
+    /// Our own figures: 0.8 m and 0.5 kg of bar, a hand of 1.5 kg.
     fn default() -> Self {
         Self {
             bar_start: Vec3::splat([-0.45, 0.0, 0.10]),
@@ -59,8 +59,16 @@ impl Harness {
                 return Err(RobotError::value("harness", name, value, "finite and above 0"));
             }
         }
-        let rise = (self.hand_height - self.bar_start.z).abs();
-        if !(rise.is_finite() && rise < self.bar_length) {
+        let Vec3 { x, y, z } = self.bar_start;
+        let places =
+            [("bar_start x", x), ("bar_start y", y), ("bar_start z", z), ("hand_height", self.hand_height)];
+        for (name, value) in places {
+            if !value.is_finite() {
+                return Err(RobotError::value("harness", name, value, "finite"));
+            }
+        }
+        let rise = (self.hand_height - z).abs();
+        if rise >= self.bar_length {
             let allowed = format!("above {rise}, the rise from bar_start to hand_height");
             return Err(RobotError::value("harness", "bar_length", self.bar_length, &allowed));
         }
@@ -136,6 +144,22 @@ mod tests {
         assert!((robot.total_mass() - 53.54).abs() < 0.005);
         assert!((robot.bare_base_inertia().mass - bare.mass).abs() < 1e-12);
         assert_eq!(robot.contacts[4].name, "HAND");
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused_by_its_name() {
+        let refuse = |change: fn(&mut Harness)| {
+            let mut harness = Harness::default();
+            change(&mut harness);
+            harness.validate().expect_err("cannot be built").to_string()
+        };
+        assert_eq!(refuse(|h| h.bar_start.x = f64::NAN), "harness: bar_start x is `NaN`, must be finite");
+        assert_eq!(
+            refuse(|h| h.bar_start.y = f64::INFINITY),
+            "harness: bar_start y is `inf`, must be finite"
+        );
+        assert_eq!(refuse(|h| h.bar_start.z = f64::NAN), "harness: bar_start z is `NaN`, must be finite");
+        assert_eq!(refuse(|h| h.hand_height = f64::NAN), "harness: hand_height is `NaN`, must be finite");
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! From the elements of a URDF file to a [`RobotModel`]: one tree, fixed joints merged, all frames parallel to the
 //! base's at zero joint positions, joints breadth-first with siblings by name.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::{
+    collections::{BTreeMap, VecDeque},
+    iter,
+};
 
 use spatial::{Inertia, Mat3, Vec3};
 
@@ -148,10 +151,12 @@ fn absorb(model: &mut RobotModel, placed: &Placed, raw: &RawLink) {
             Some(name) => name.clone(),
             None => format!("{}_{i}", raw.name),
         };
-        let is_taken = model.contacts.iter().any(|other| other.name == name);
+        let is_free = |name: &String| model.contacts.iter().all(|other| other.name != *name);
+        let numbered = (i..).map(|number| format!("{name}_{number}"));
+        let unique = iter::once(name.clone()).chain(numbered).find(is_free).expect("numbers do not end");
         model.contacts.push(ContactSphere {
             part: part_of(sphere.name.as_deref(), &raw.name),
-            name: if is_taken { format!("{name}_{i}") } else { name },
+            name: unique,
             link: placed.body,
             center: placed.r_body * sphere.center + placed.p_body,
             radius: sphere.radius,
@@ -202,24 +207,31 @@ fn check_inertias(model: &RobotModel) -> Result<(), RobotError> {
     for link in &model.links {
         let owner = format!("link `{}`", link.name);
         let mass = link.inertia.mass;
-        if mass <= 0.0 {
-            let allowed = "above 0 together with what is fixed to it: it moves";
+        if !(mass.is_finite() && mass > 0.0) {
+            let allowed = "finite and above 0 together with what is fixed to it: it moves";
             return Err(RobotError::value(&owner, "mass", mass, allowed));
         }
         let about_center =
             link.inertia.transformed(Mat3::identity(), -link.inertia.center_of_mass()).rotational;
         let [xx, yy, zz, xy, xz, yz] = about_center;
-        let minor = xx * yy - xy * xy;
-        let determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
-        let found = format!("ixx {xx:.3e}, iyy {yy:.3e}, izz {zz:.3e}");
-        if xx <= 0.0 || minor <= 0.0 || determinant <= 0.0 {
+        let found =
+            format!("ixx {xx:.3e}, iyy {yy:.3e}, izz {zz:.3e}, ixy {xy:.3e}, ixz {xz:.3e}, iyz {yz:.3e}");
+        if !is_positive_definite(about_center) {
             return Err(RobotError::value(&owner, "inertia", found, "positive definite"));
         }
-        let slack = 1e-6 * (xx + yy + zz);
-        if xx > yy + zz + slack || yy > xx + zz + slack || zz > xx + yy + slack {
-            let allowed = "such that no moment exceeds the sum of the other two";
+        // Along each principal axis ½ trace − moment is ½ (sum of the other two − moment), with a slack for rounding.
+        let half = 0.5 * (1.0 + 1e-6) * (xx + yy + zz);
+        if !is_positive_definite([half - xx, half - yy, half - zz, -xy, -xz, -yz]) {
+            let allowed = "such that no principal moment exceeds the sum of the other two";
             return Err(RobotError::value(&owner, "inertia", found, allowed));
         }
     }
     Ok(())
+}
+
+/// Whether a symmetric matrix `[xx, yy, zz, xy, xz, yz]` is positive definite (Sylvester's criterion); one with a NaN is not.
+fn is_positive_definite([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> bool {
+    let minor = xx * yy - xy * xy;
+    let determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    xx > 0.0 && minor > 0.0 && determinant > 0.0
 }

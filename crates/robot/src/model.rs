@@ -7,7 +7,7 @@ use spatial::{Inertia, Vec3};
 /// Every link frame has its origin at the joint that moves the link and, at zero joint positions, the
 /// orientation of the base frame (x forward, y left, z up), so a joint is one offset and one axis.
 /// Link 0 is the floating base; joint `j` moves link `j + 1`. Joints are in breadth-first order with siblings by
-/// name, so a parent always comes before its children and ANYmal D's order is the contract's:
+/// name, so a parent always comes before its children and ANYmal D's order is Isaac Lab's (`mdp/symmetry/anymal.py`):
 /// LF, LH, RF, RH for HAA, then HFE, then KFE.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
@@ -56,11 +56,11 @@ pub struct Joint {
     pub axis: Vec3<f64>,
     /// Position limits \[rad or m\]; infinite for a continuous joint.
     pub position_limits: (f64, f64),
-    /// Largest torque or force \[N m or N\].
+    /// Largest torque or force \[N m or N\], as described; `physics` does not read it, its servos have limits of their own.
     pub effort_limit: f64,
-    /// Largest speed \[rad/s or m/s\].
+    /// Largest speed \[rad/s or m/s\], as described; `physics` does not read it either.
     pub velocity_limit: f64,
-    /// Reflected rotor inertia added to the joint \[kg m²\].
+    /// Reflected rotor inertia added to the joint \[kg m² or kg\].
     pub armature: f64,
 }
 
@@ -98,7 +98,7 @@ pub struct ContactSphere {
 
 /// A rigid bar on the base with the handler's hand at its end, as a uniform rod and a sphere.
 ///
-/// Defaults: design section "Harness"; training randomizes `bar_length` and `hand_mass`.
+/// Defaults: ours; training randomizes `bar_length` and `hand_mass`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Harness {
     /// Where the bar is fixed, base frame \[m\].

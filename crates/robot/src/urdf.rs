@@ -2,7 +2,7 @@
 //!
 //! What is read: links with inertial and collision (sphere, box, cylinder; meshes are passed over), joints of type
 //! revolute, continuous, prismatic and fixed. One extension: `<dynamics armature="…">`, the rotor inertia seen at the
-//! joint \[kg m²\], 0 where absent. Shape into a tree: `merge.rs`.
+//! joint \[kg m² or kg\], 0 where absent. Shape into a tree: `merge.rs`.
 
 use std::path::Path;
 
@@ -153,7 +153,7 @@ fn read_collision(node: Node<'_, '_>, owner: &str, out: &mut Vec<RawSphere>) -> 
         add([0.0; 3], positive(sphere, owner, "radius")?);
     } else if let Some(cylinder) = child(geometry, "cylinder") {
         let radius = positive(cylinder, owner, "radius")?;
-        // Spheres inside the cylinder, touching its ends.
+        // Spheres inside the cylinder, touching its ends; of one that is shorter than wide, the sphere stands out at both.
         let half = 0.5 * positive(cylinder, owner, "length")? - radius;
         if half > 0.0 {
             add([0.0, 0.0, half], radius);
@@ -162,7 +162,11 @@ fn read_collision(node: Node<'_, '_>, owner: &str, out: &mut Vec<RawSphere>) -> 
             add([0.0; 3], radius);
         }
     } else if let Some(cuboid) = child(geometry, "box") {
-        let [x, y, z] = numbers::<3>(attribute(cuboid, owner, "size")?, owner, "size")?;
+        let text = attribute(cuboid, owner, "size")?;
+        let size @ [x, y, z] = numbers::<3>(text, owner, "size")?;
+        if size.iter().any(|edge| *edge <= 0.0) {
+            return Err(RobotError::value(owner, "size", text, "3 numbers above 0"));
+        }
         for corner in 0..8 {
             let sign = |bit: u32| if corner >> bit & 1 == 0 { 0.5 } else { -0.5 };
             add([sign(0) * x, sign(1) * y, sign(2) * z], 0.0);

@@ -85,6 +85,27 @@ fn inertias_are_checked() {
     assert_names(&with(&good.replace(r#"ixx="1""#, r#"ixx="5""#)), &["`b`", "inertia", "sum"]);
     assert_names(&with(&good.replace(r#"ixy="0""#, r#"ixy="3""#)), &["`b`", "positive definite"]);
     assert_names(&with(&good.replace(r#"ixy="0""#, "")), &["`b`", "ixy"]);
+    // Principal moments 5, 1 and 1, turned by 45°.
+    let turned = r#"ixx="3" ixy="2" ixz="0" iyy="3""#;
+    let turned = good.replace(r#"ixx="1" ixy="0" ixz="0" iyy="1""#, turned);
+    assert_names(&with(&turned), &["`b`", "ixy 2.000e0", "sum"]);
+    // Far away a moment of inertia overflows, and about the center is no number.
+    let far = good.replace("<inertial>", r#"<inertial><origin xyz="1e200 0 0"/>"#);
+    assert_names(&with(&far), &["`b`", "inertia", "NaN", "positive definite"]);
+    let heavy = good.replace(r#"mass value="1""#, r#"mass value="1e308""#);
+    let twice = heavy.clone() + &heavy.replace(r#""b""#, r#""c""#) + &joint("k", "fixed", "b", "c");
+    assert_names(&with(&twice), &["`b`", "mass", "inf", "finite"]);
+}
+
+#[test]
+fn boxes_have_three_edges() {
+    for size in ["0 1 1", "1 -1 1", "1 1"] {
+        let collision = format!(r#"<collision><geometry><box size="{size}"/></geometry></collision>"#);
+        assert_names(
+            &refusal(&link("a").replace("<inertial>", &(collision + "<inertial>"))),
+            &["`a`", "size", size],
+        );
+    }
 }
 
 #[test]

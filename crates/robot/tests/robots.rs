@@ -81,6 +81,22 @@ fn joints_of_every_kind_are_read() {
     assert!((robot.links[4].inertia.mass - 1.4).abs() < 1e-12);
 }
 
+#[test]
+fn contacts_of_one_name_are_told_apart() {
+    let inertia = r#"<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>"#;
+    let sphere = r#"<collision name="collision"><geometry><sphere radius="0.1"/></geometry></collision>"#;
+    let link = |name| {
+        format!(r#"<link name="{name}"><inertial><mass value="1"/>{inertia}</inertial>{sphere}</link>"#)
+    };
+    let fixed = |child| {
+        format!(r#"<joint name="{child}" type="fixed"><parent link="a"/><child link="{child}"/></joint>"#)
+    };
+    let text = ["a", "b", "c"].map(link).concat() + &["b", "c"].map(fixed).concat();
+    let robot = parse_urdf(&format!(r#"<robot name="r">{text}</robot>"#)).unwrap();
+    let names: Vec<_> = robot.contacts.iter().map(|sphere| sphere.name.as_str()).collect();
+    assert_eq!(names, ["collision", "collision_0", "collision_1"]);
+}
+
 /// The handler's hand is known to the dynamics by its part; a robot's own hands took its place.
 #[test]
 fn own_hands_are_not_the_handlers() {

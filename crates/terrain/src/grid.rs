@@ -14,12 +14,16 @@ use crate::tile::{CELL_SIZE_M, TILE_CELLS, TILE_SIZE_M, TileCells};
 /// Levels of difficulty in the reference curriculum; [`TerrainGrid::uniform`] counts in these.
 pub const LEVELS: usize = 10;
 
-/// Most tiles along an axis: 100 × 100 are 1 GB of cells.
+/// Most tiles along an axis.
 const MAX_TILES: usize = 100;
+/// Most cells, counting the rim of one that physics lays around them: their indices must be exact in single precision. At
+/// 16 bytes each they are 0.27 GB.
+const MAX_CELLS: usize = (1 << 24) - 1;
 /// Widest border \[m\].
 const MAX_BORDER_M: f64 = 100.0;
 
-/// Layout of the training ground; the default is Isaac Lab's `ROUGH_TERRAINS_CFG`.
+/// Layout of the training ground; the default is Isaac Lab's `ROUGH_TERRAINS_CFG`. Its cells, the border's and a rim of
+/// one around them included, are fewer than 2²⁴.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridConfig {
     /// Rows of tiles of growing difficulty, 1 to 100; default 10.
@@ -63,6 +67,15 @@ pub enum TerrainError {
         /// Greatest allowed.
         high: f64,
     },
+    /// More cells than can be told apart.
+    #[error(
+        "the terrain has {cells} cells with its border and a rim of one; allowed: up to {most}, as their indices must be exact in single precision",
+        most = MAX_CELLS
+    )]
+    Cells {
+        /// How many.
+        cells: usize,
+    },
     /// A share that is negative or not finite.
     #[error("the share of {kind:?} is {share}; allowed: finite, 0 or more")]
     Share {
@@ -101,11 +114,12 @@ impl TerrainGrid {
     /// The difficulty of level r is drawn from \[r, r + 1) / levels.
     ///
     /// # Errors
-    /// A size or share outside its bounds.
+    /// A size or share outside its bounds, or too many cells.
     pub fn new(config: &GridConfig) -> Result<Self, TerrainError> {
         check_size("levels", config.levels as f64, 1.0, MAX_TILES as f64)?;
         check_size("columns", config.columns as f64, 1.0, MAX_TILES as f64)?;
         check_size("border_m", config.border_m, 0.0, MAX_BORDER_M)?;
+        check_cells(config)?;
         let total = total_share(&config.proportions)?;
         Ok(Self::build(config, |level, column, random| {
             // The middle of the column, so that rounding never decides.
@@ -119,7 +133,7 @@ impl TerrainGrid {
     /// them, drawn tile by tile by the default shares.
     ///
     /// # Errors
-    /// `level` above 9, or `size` not within 1 to 100.
+    /// `level` above 9, `size` not within 1 to 100 or, from 47 on, too many cells.
     pub fn uniform(
         kind: Option<SubTerrain>,
         level: usize,
@@ -129,6 +143,7 @@ impl TerrainGrid {
         check_size("level", level as f64, 0.0, (LEVELS - 1) as f64)?;
         check_size("size", size as f64, 1.0, MAX_TILES as f64)?;
         let config = GridConfig { levels: size, columns: size, seed, ..GridConfig::default() };
+        check_cells(&config)?;
         let total = total_share(&config.proportions)?;
         Ok(Self::build(&config, |_, _, random| {
             let share = f64::from(random.uniform01()) * total;
@@ -213,8 +228,8 @@ impl TerrainGrid {
     /// Shapes every tile with the family and difficulty that `plan(level, column, random)` gives.
     fn build(config: &GridConfig, plan: impl Fn(usize, usize, &mut Philox) -> (SubTerrain, f64)) -> Self {
         let (levels, columns) = (config.levels, config.columns);
-        let border = (config.border_m / CELL_SIZE_M).round() as usize;
-        let mut field = level_field(levels, columns, border);
+        let border = border_cells(config);
+        let mut field = level_field(cells_along(config));
         let mut cells = TileCells::flat();
         let mut tiles = Vec::with_capacity(levels * columns);
         for level in 0..levels {
@@ -232,10 +247,18 @@ impl TerrainGrid {
     }
 }
 
-/// Level ground under `levels` × `columns` tiles and a border of `border` cells, centered on the world's origin.
-fn level_field(levels: usize, columns: usize, border: usize) -> HeightField {
-    let along_x = levels * TILE_CELLS + 2 * border;
-    let along_y = columns * TILE_CELLS + 2 * border;
+/// Width of the border, in cells.
+fn border_cells(config: &GridConfig) -> usize {
+    (config.border_m / CELL_SIZE_M).round() as usize
+}
+
+/// Cells along x and y, with the border.
+fn cells_along(config: &GridConfig) -> [usize; 2] {
+    [config.levels, config.columns].map(|tiles| tiles * TILE_CELLS + 2 * border_cells(config))
+}
+
+/// Level ground of so many cells along x and y, centered on the world's origin.
+fn level_field([along_x, along_y]: [usize; 2]) -> HeightField {
     let start = |cells: usize| (-0.5 * CELL_SIZE_M * cells as f64) as f32;
     HeightField {
         cell_size: CELL_SIZE_M as f32,
@@ -265,6 +288,12 @@ fn check_size(name: &'static str, value: f64, low: f64, high: f64) -> Result<(),
     if (low..=high).contains(&value) { Ok(()) } else { Err(TerrainError::Size { name, value, low, high }) }
 }
 
+fn check_cells(config: &GridConfig) -> Result<(), TerrainError> {
+    let [along_x, along_y] = cells_along(config).map(|count| count + 2);
+    let cells = along_x * along_y;
+    if cells <= MAX_CELLS { Ok(()) } else { Err(TerrainError::Cells { cells }) }
+}
+
 /// Sum of the shares.
 fn total_share(proportions: &[(SubTerrain, f64)]) -> Result<f64, TerrainError> {
     for &(kind, share) in proportions {
@@ -284,4 +313,16 @@ fn family_at(proportions: &[(SubTerrain, f64)], share: f64) -> SubTerrain {
         share < sum
     });
     found.map_or(SubTerrain::Flat, |(kind, _)| *kind)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_has_an_exact_index() {
+        let layout = |border_m| GridConfig { levels: 51, columns: 51, border_m, ..GridConfig::default() };
+        assert_eq!(check_cells(&layout(0.6)), Ok(()));
+        assert_eq!(check_cells(&layout(0.7)), Err(TerrainError::Cells { cells: 1 << 24 }));
+    }
 }

@@ -155,6 +155,9 @@ fn impossible_layouts_are_refused_by_name() {
     assert_eq!(refuse(GridConfig { levels: 0, ..default() }), "terrain levels is 0; allowed: 1 to 100");
     assert_eq!(refuse(GridConfig { columns: 101, ..default() }), "terrain columns is 101; allowed: 1 to 100");
     assert!(refuse(GridConfig { border_m: f64::NAN, ..default() }).contains("border_m is NaN"));
+    let large = refuse(GridConfig { levels: 47, columns: 47, ..default() });
+    assert!(large.contains("17322244 cells") && large.contains("up to 16777215"), "{large}");
+    assert_eq!(TerrainGrid::uniform(None, 0, 0, 47).expect_err("impossible").to_string(), large);
     let share = |value| vec![(SubTerrain::Boxes, value)];
     assert!(refuse(GridConfig { proportions: share(-0.1), ..default() }).contains("Boxes is -0.1"));
     assert!(refuse(GridConfig { proportions: share(0.0), ..default() }).contains("sum to 0"));

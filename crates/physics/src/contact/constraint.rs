@@ -28,7 +28,7 @@ pub(super) struct Contact<L> {
     /// What a unit of normal impulse adds to the slip.
     pub(super) slip_of_normal: [L; 2],
     pub(super) inverse_normal: L,
-    /// Step along the slip that cannot overshoot: the inverse of the trace of the tangential block.
+    /// Step along the slip that cannot overshoot: the inverse of the largest eigenvalue of the tangential block.
     pub(super) tangential_step: L,
     /// \[N s\]
     pub(super) impulse: Vec3<L>,

@@ -48,7 +48,7 @@ impl Map {
     /// The map of a field.
     ///
     /// # Panics
-    /// The field has 2²⁴ cells or more: a cell's index must be exact in single precision.
+    /// The field has 2²⁴ cells or more with its rim: a cell's index must be exact in single precision.
     pub(crate) fn new(field: &HeightField) -> Self {
         let (columns, rows) = (field.columns + 2, field.rows + 2);
         assert!(columns * rows < 1 << 24, "a field of {columns} × {rows} cells is too large");

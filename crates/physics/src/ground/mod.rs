@@ -25,8 +25,12 @@ pub(crate) struct Proximity<L> {
     pub(crate) normal: Vec3<L>,
 }
 
-/// How far around a sphere the ground is looked at \[m\]: half a cell. What comes nearer than this in one step, faster than 10 m/s,
-/// can be inside before it is seen.
+/// Widest gap at which ground is a contact \[m\]: half of a terrain's cell. What falls by more in one step, faster than 10 m/s, can be
+/// inside before it is seen.
+///
+/// Sideways, walls are seen from half a cell ([`terrain::HeightField::cell_size`], here 0.1 m) of a sphere's *center*. So up to
+/// (0.05 m − radius) / step a sphere stops at a wall: a foot up to 3.7 m/s, a hand up to 2 m/s. Faster ones, and at any speed
+/// those with a radius of 0.05 m or more (knees, thighs, the base's drives), overlap it before they see it, and are pushed out.
 pub(crate) const REACH: f64 = 0.05;
 
 /// Pieces of ground a sphere can touch at once.
@@ -102,7 +106,7 @@ pub(crate) fn least_gap<L: Lane>(map: &Map, center: Vec3<L>, radius: L) -> L {
 /// rolls over; and of what is beside it along x and along y (walls, upright edges, other sides of valleys) the nearer, then
 /// the other.
 ///
-/// Exact for what is within [`REACH`]. `least` is the sphere's [`least_gap`].
+/// Exact for what is within half a cell of the center sideways: see [`REACH`]. `least` is the sphere's [`least_gap`].
 #[inline(never)]
 pub(crate) fn faces<L: Lane>(map: &Map, center: Vec3<L>, radius: L, least: L) -> [Proximity<L>; FACES] {
     let none = Proximity::none();
