@@ -5,10 +5,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Result, anyhow};
+use evaluation::episode::{onset, pulled_steps};
 use evaluation::exchange::recordings;
 use evaluation::judge::{Arena, summaries, trace};
 use evaluation::measures::split::Met;
-use evaluation::outcome::{Outcome, episode_steps, onset};
+use evaluation::outcome::Outcome;
 use evaluation::plane::{Line, lines};
 use evaluation::report::PathTrace;
 use evaluation::results::{BehaviorReward, CaseResult, PlaneResult, Results};
@@ -129,6 +130,7 @@ pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
     let cases =
         suite(&name).ok_or_else(|| anyhow!("suite is `{name}`, must be one of {}", SUITES.join(", ")))?;
     let episodes: usize = record.number("episodes")?;
+    let seed: u64 = record.number("seed")?;
     let mut recordings = recordings(&record).map_err(|m| anyhow!(m))?;
     let wanted = cases.len() * episodes;
     let (of_cases, of_reward) = recordings
@@ -138,11 +140,14 @@ pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
     let mut traces = Vec::new();
     for (robot, recording) in of_cases.iter_mut().enumerate() {
         let case = &cases[robot / episodes];
-        let (found, wanted) = (recording.samples.len(), episode_steps(case));
+        recording.onset = onset(seed, robot);
+        let (found, wanted) = (recording.samples.len(), recording.onset + pulled_steps(case));
         if found != wanted {
-            return Err(anyhow!("{}: an episode of {found} steps, must be {wanted}", case.name));
+            return Err(anyhow!(
+                "{}, robot {robot}: an episode of {found} steps, must be {wanted}",
+                case.name
+            ));
         }
-        recording.onset = onset();
         if robot % episodes == 0 {
             traces.push(trace(case, recording));
         }
@@ -154,7 +159,7 @@ pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
         level: record.number("level")?,
         randomize: record.number("randomize")?,
         episodes,
-        seed: record.number("seed")?,
+        seed,
         locomotion: text("locomotion")?,
         supervisor: text("supervisor")?,
         cases: summaries(&cases, &outcomes),

@@ -53,7 +53,7 @@ impl Criterion {
 /// What a motion lacks of a behavior, for a robot that did not fall; nothing, if it obeyed. `target` is the velocity that Table II
 /// asks for: v_x, v_y \[m/s\], ω_z \[rad/s\].
 ///
-/// Tolerances: design and reference section 7.2; the paper gives none.
+/// Tolerances are ours; the paper gives none.
 pub fn missed(motion: &Motion, behavior: Behavior, target: [f32; 3]) -> Vec<Criterion> {
     use Criterion::{Heading, Pace, Place, Sideways, Stillness, YawRate};
     let [v_x, v_y, yaw_rate] = motion.velocity;

@@ -12,15 +12,15 @@ use terrain::{SubTerrain, TerrainGrid};
 pub use crate::setting::{Ground, Setting};
 
 use crate::{
+    episode::Episode,
     exchange::{Planned, plan},
     film::{FRAME_STEPS, Pose},
     guided::Guided,
     measures::split::Met,
-    outcome::{Outcome, episode_steps, onset, reward_of, summarize},
+    outcome::{Outcome, reward_of, summarize},
     recording::{Recording, STEP_S, Sample, steps},
     report::PathTrace,
     results::{BehaviorReward, CaseResult},
-    script::Noise,
     suite::Case,
 };
 
@@ -139,7 +139,8 @@ impl Arena {
         Ok(played.collect())
     }
 
-    /// The same episodes as a plan for another engine: those of the cases, then `reward_robots` of the behavior reward. `names` go into the file's header.
+    /// The same episodes as a plan for another engine: those of the cases, then `reward_robots` with the pulls of the behavior
+    /// reward, but from other starts. `names` go into the file's header.
     ///
     /// # Errors
     /// There is nothing to run.
@@ -151,8 +152,8 @@ impl Arena {
     ) -> Result<Checkpoint, String> {
         let of_cases = cases.len() * self.setting.episodes;
         let case_force = |robot: usize| {
-            let (case, noise) = (self.case(cases, robot), Noise::new(self.setting.seed, robot));
-            (0..episode_steps(case)).map(|step| scripted(case, step, &noise)).collect()
+            let played = self.played(cases, robot);
+            (0..played.steps()).map(|step| played.force(step)).collect()
         };
         let pulls = PullConfig::paper();
         let period = steps(f64::from(pulls.period_s));
@@ -194,22 +195,23 @@ impl Arena {
         Guided::new(&self.course, supervisor, squad, &self.setting)
     }
 
-    /// Two seconds without force, then the pull. Recordings of the robots that count.
+    /// The episode of a robot.
+    fn played<'a>(&self, cases: &'a [Case], robot: usize) -> Episode<'a> {
+        Episode::new(self.case(cases, robot), self.setting.seed, robot)
+    }
+
+    /// A time without force, then the pull. Recordings of the robots that count.
     fn episode(&self, supervisor: &Supervisor, squad: Squad, cases: &[Case]) -> Vec<Recording> {
         let first = squad.first_robot;
         let robots = squad.robots();
-        let played: Vec<&Case> = (0..robots).map(|robot| self.case(cases, first + robot)).collect();
-        let noises: Vec<Noise> =
-            (0..robots).map(|robot| Noise::new(self.setting.seed, first + robot)).collect();
+        let played: Vec<Episode<'_>> = (0..robots).map(|robot| self.played(cases, first + robot)).collect();
         let mut guided = self.guided(supervisor, squad);
-        let lengths: Vec<usize> = played.iter().map(|case| episode_steps(case)).collect();
-        let mut recordings: Vec<Recording> = lengths
-            .iter()
-            .map(|length| Recording { samples: Vec::with_capacity(*length), onset: onset(), fell_at: None })
-            .collect();
+        let lengths: Vec<usize> = played.iter().map(Episode::steps).collect();
+        let mut recordings: Vec<Recording> =
+            played.iter().map(|episode| Recording { onset: episode.onset, ..Recording::default() }).collect();
         for step in 0..lengths.iter().copied().max().unwrap_or(0) {
-            for (robot, case) in played.iter().enumerate() {
-                guided.pull(robot, scripted(case, step, &noises[robot]));
+            for (robot, played) in played.iter().enumerate() {
+                guided.pull(robot, played.force(step));
             }
             guided.control_step();
             for (robot, recording) in recordings.iter_mut().enumerate() {
@@ -242,11 +244,11 @@ impl Arena {
     /// There is nothing to run.
     pub fn poses(&self, supervisor: &Supervisor, case: &Case) -> Result<Vec<Pose>, String> {
         let squad = self.squads(1)?.swap_remove(0);
-        let noise = Noise::new(self.setting.seed, 0);
+        let played = self.played(std::slice::from_ref(case), 0);
         let mut guided = self.guided(supervisor, squad);
         let mut poses = Vec::new();
-        for step in 0..episode_steps(case) {
-            guided.pull(0, scripted(case, step, &noise));
+        for step in 0..played.steps() {
+            guided.pull(0, played.force(step));
             guided.control_step();
             if guided.has_fallen(0) {
                 break;
@@ -341,14 +343,6 @@ impl Arena {
 fn shares(sums: [f64; 4], scheduled: usize) -> BehaviorReward {
     let [walk, stop, turn, spin] = sums.map(|sum| sum / scheduled.max(1) as f64);
     BehaviorReward { total: walk + stop + turn + spin, stop, walk, turn, spin }
-}
-
-/// Force of the hand at a step of an episode: none at first, then what the case's script says.
-fn scripted(case: &Case, step: usize, noise: &Noise) -> [f32; 3] {
-    match step.checked_sub(onset()) {
-        None => [0.0; 3],
-        Some(pulled) => case.script.force(case.force, pulled as f64 * STEP_S, noise),
-    }
 }
 
 /// Results of all cases, from the outcomes of their episodes in order.

@@ -1,5 +1,6 @@
 //! Suites, success criteria, statistics and the report.
 pub mod criteria;
+pub mod episode;
 pub mod exchange;
 pub mod film;
 mod guided;

@@ -91,7 +91,7 @@ pub struct Row {
 pub struct LocomotionResults {
     /// "locomotion".
     pub suite: String,
-    /// The policy: a file name.
+    /// The policy: "shipped" or a file.
     pub locomotion: String,
     /// Episodes of every row.
     pub episodes: usize,

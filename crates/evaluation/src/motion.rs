@@ -2,9 +2,9 @@
 
 use crate::recording::{MEAN_STEPS, STEP_S, Sample, steps};
 
-/// Judged window after the force sets in \[s\]. Source: design section 3.
+/// Judged window after the force has become what the case says \[s\]. Ours; the paper gives none.
 pub const WINDOW_S: [f64; 2] = [2.0, 8.0];
-/// Window of the heading drift \[s\].
+/// Window of the heading drift, likewise \[s\].
 pub const DRIFT_WINDOW_S: [f64; 2] = [2.0, 12.0];
 
 /// What a robot did in the judged windows.

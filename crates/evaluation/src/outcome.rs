@@ -19,19 +19,6 @@ use crate::{
     suite::Case,
 };
 
-/// Time without force before the pull \[s\]. Source: design section 3.
-pub const SETTLING_S: f64 = 2.0;
-
-/// The first sample under the pull.
-pub fn onset() -> usize {
-    steps(SETTLING_S)
-}
-
-/// Samples of an episode of a case: until all that is judged is over.
-pub fn episode_steps(case: &Case) -> usize {
-    onset() + steps(case.script.settles_s() + DRIFT_WINDOW_S[1])
-}
-
 /// What one episode showed.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -50,7 +37,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Measures an episode of [`episode_steps`] samples, and keeps what it met.
+    /// Measures an episode with [`crate::episode::pulled_steps`] samples under the pull, and keeps what it met.
     pub fn of(case: &Case, recording: &Recording, met: Met) -> Self {
         let pulled = recording.pulled();
         let settled = &pulled[steps(case.script.settles_s())..];

@@ -96,7 +96,7 @@ mod tests {
     use crate::measures::reading::Readings;
 
     #[test]
-    fn the_grid_covers_the_plane_and_holds_no_force() {
+    fn the_grid_reaches_from_corner_to_corner_and_holds_a_pull_straight_back() {
         let cases = grid();
         assert_eq!(cases.len(), 1681);
         assert_eq!((cases[0].force, cases[1680].force), ([-120.0, -60.0, 0.0], [60.0, 60.0, 0.0]));

@@ -99,7 +99,7 @@ fn paper17() -> [Case; 17] {
     .map(|(fx, fy, group)| Case::new(fx as f32, fy as f32, group))
 }
 
-/// Deviation of a restless hand \[N\]. Source: the reference, section 1.5.
+/// Deviation of a restless hand \[N\]. Ours.
 const NOISE_N: f32 = 2.0;
 
 /// Every edge lies on the low side of its threshold and is reached from settled walking.
@@ -122,7 +122,7 @@ fn edges() -> Vec<Case> {
     under_noise.chain(steady).collect()
 }
 
-/// Steps of a person a second, with which a hand swings. Source: the reference, section 4.
+/// Steps of a person a second, with which a hand swings. Ours: about those of a usual walk.
 const GAIT_HZ: f32 = 1.8;
 
 fn dynamic() -> Vec<Case> {

@@ -68,9 +68,9 @@ pub trait Lane:
     fn get(&self, lane: usize) -> f64;
     /// Replaces the value of one lane.
     fn set(&mut self, lane: usize, x: f64);
-    /// `self * a + b` with one rounding.
+    /// `self * a + b`, with one rounding where the processor has the instruction; elsewhere lanes of `f32` round twice.
     fn mul_add(self, a: Self, b: Self) -> Self;
-    /// `b - self * a` with one rounding.
+    /// `b - self * a`, rounded as [`Lane::mul_add`] is.
     fn neg_mul_add(self, a: Self, b: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;

@@ -34,6 +34,8 @@ pub enum Purpose {
     ForceObservation = 12,
     /// When an environment acts without exploration noise.
     Quiet = 13,
+    /// When the pull of an evaluation's episode sets in.
+    Onset = 14,
 }
 
 /// A stream of random numbers; `Copy`, so a stream can be replayed.
@@ -79,7 +81,7 @@ impl Philox {
         (self.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
     }
 
-    /// Uniform in `[low, high)`.
+    /// Uniform from `low` to `high`, which itself may come of rounding.
     #[inline]
     pub fn uniform(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.uniform01()

@@ -7,8 +7,7 @@ use crate::recording::{MEAN_STEPS, STEP_S, Sample, mean_velocity};
 /// Times from the pull's beginning \[s\]; `None`: not within the episode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Latency {
-    /// Until half of the change of the command is given. The pulls of our suites set in at the moment of a decision, so
-    /// a supervisor of 0.1 s loses 0.05 s more on average with a hand that does not wait for it.
+    /// Until half of the change of the command is given; the wait for the next decision is in it.
     pub command_50_s: Option<f64>,
     /// Until nine tenths of it are.
     pub command_90_s: Option<f64>,

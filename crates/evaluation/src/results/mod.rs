@@ -87,9 +87,9 @@ pub struct Results {
     pub episodes: usize,
     /// Seed of all random draws.
     pub seed: u64,
-    /// The locomotion policy judged: a file name.
+    /// The locomotion policy judged: "shipped" or a file.
     pub locomotion: String,
-    /// The supervisor judged: a file name, "oracle", "rules" or "dominance".
+    /// The supervisor judged: "shipped", a file, "oracle", "rules" or "dominance"; "learned" if `reproduce` trained it.
     pub supervisor: String,
     /// One entry for each case, in the suite's order.
     pub cases: Vec<CaseResult>,
