@@ -2,7 +2,8 @@
 
 /// `x` above zero, `exp(x) − 1` below, in place.
 ///
-/// max(x, 0) + (exp(min(x, 0)) − 1): no branch, and no infinity whatever the input.
+/// max(x, 0) + (exp(min(x, 0)) − 1): no branch, and no infinity from a finite input. NaN gives 0, so what comes out says nothing of
+/// whether the weights before it are numbers.
 #[inline]
 pub fn elu_in_place(values: &mut [f32]) {
     for x in values {
@@ -63,6 +64,9 @@ mod tests {
         assert!((values[4] - ((-0.5_f32).exp() - 1.0)).abs() < 1e-7);
         assert_eq!(values[5], -1.0);
         assert!(values.iter().all(|value| value.is_finite()));
+        let mut none = [f32::NAN];
+        elu_in_place(&mut none);
+        assert_eq!(none, [0.0]);
     }
 
     #[test]

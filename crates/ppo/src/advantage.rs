@@ -3,23 +3,28 @@
 
 /// One environment's rewards and values over a rollout.
 #[derive(Clone, Copy, Debug)]
-pub struct Trajectory<'a> {
+pub(crate) struct Trajectory<'a> {
     /// Rewards, one a step.
-    pub rewards: &'a [f32],
+    pub(crate) rewards: &'a [f32],
     /// Value of the state each step began in.
-    pub values: &'a [f32],
+    pub(crate) values: &'a [f32],
     /// The step ended in a state whose value is zero.
-    pub terminated: &'a [bool],
+    pub(crate) terminated: &'a [bool],
     /// The step was the last before a reset, but life goes on after it.
-    pub truncated: &'a [bool],
+    pub(crate) truncated: &'a [bool],
     /// Value of the true last state of a truncated step; not read elsewhere.
-    pub last_values: &'a [f32],
+    pub(crate) last_values: &'a [f32],
     /// Value of the state after the last step.
-    pub next_value: f32,
+    pub(crate) next_value: f32,
 }
 
 /// Fills `advantages`, one a step.
-pub fn generalized_advantage(trajectory: Trajectory<'_>, gamma: f32, lambda: f32, advantages: &mut [f32]) {
+pub(crate) fn generalized_advantage(
+    trajectory: Trajectory<'_>,
+    gamma: f32,
+    lambda: f32,
+    advantages: &mut [f32],
+) {
     let t = trajectory;
     let mut next_value = t.next_value;
     let mut carried = 0.0;

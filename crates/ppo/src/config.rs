@@ -74,7 +74,8 @@ pub struct Config {
     pub clip_value_loss: bool,
     /// Weight of the entropy bonus \[1; 0 to 10\]. Source: Isaac Lab, 0.005.
     pub entropy_coefficient: f32,
-    /// Learning rate at the start, within `learning_rate_range` \[1; above 0 to 1\]. Source: Isaac Lab, 1e-3.
+    /// Learning rate at the start, within `learning_rate_range`; a run that begins from another run's checkpoint begins with that
+    /// run's rate instead, even one outside the range \[1; above 0 to 1\]. Source: Isaac Lab, 1e-3.
     pub learning_rate: f32,
     /// Divergence between the old and the new policy that the learning rate is steered to; 0 keeps the rate \[1; 0 to 10\].
     /// Source: Isaac Lab, 0.01; 0.02 walks sooner (docs/findings.md).
@@ -104,8 +105,10 @@ pub struct Config {
     /// that knows it learn precision with little noise \[1; above 0 to 100\]. Source: docs/findings.md, "Less noise at the end";
     /// Isaac Lab: no limit.
     pub max_std: f32,
-    /// Share of the environments that act without noise, for four iterations at a time, and teach the critic alone: what only a policy
-    /// without noise runs into is met in training, too \[1; 0 to 0.9\]. Source: docs/findings.md, "Quiet robots"; Isaac Lab, 0.
+    /// Share of the environments that act without noise, for four iterations at a time, and teach the critic, not which actions pay:
+    /// what only a policy without noise runs into is met in training, too. Their samples do count in the mean and the scale by which
+    /// advantages are normalized, in the divergence that steers the learning rate, and in `smoothness` \[1; 0 to 0.9\]. Source:
+    /// docs/findings.md, "Quiet robots"; Isaac Lab, 0.
     pub quiet_share: f32,
     /// Iterations at the start in which only the critic learns, at the highest learning rate: with a policy from a file and a
     /// critic that knows nothing, what the policy learns at first is noise \[iterations; 0 to 100000000\]. Source:

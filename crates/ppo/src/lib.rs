@@ -4,7 +4,7 @@
 //! any number of threads and ranks, and across interrupt and resume.
 
 mod adam;
-pub mod advantage;
+mod advantage;
 #[cfg(target_arch = "x86_64")]
 mod brain;
 pub mod config;

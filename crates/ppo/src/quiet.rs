@@ -1,7 +1,7 @@
 //! Environments that keep quiet: for some iterations they act on the policy's mean, without noise. What a policy does without noise can
 //! lead where noise never lets it stay, such as to a gait that comes to rest against a riser; whoever is judged without noise has to have
-//! been there. Quiet samples teach the critic alone: an action without noise says nothing about another. The policy learns its way out
-//! from the noise that sets in afterwards.
+//! been there. Quiet samples teach the critic, and the policy no more than to be smooth: an action without noise says nothing about
+//! another. The policy learns its way out from the noise that sets in afterwards.
 
 use spatial::{Philox, Purpose};
 

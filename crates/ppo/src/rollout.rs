@@ -131,7 +131,7 @@ impl Rollout {
         self.observations.copy_within(self.steps * row.., 0);
     }
 
-    /// Sets the advantages of quiet environments to nothing: their samples teach the critic alone.
+    /// Sets the advantages of quiet environments to nothing: their samples do not say which actions pay.
     pub(crate) fn disregard_quiet(&mut self) {
         for of_step in self.advantages.chunks_exact_mut(self.num_envs) {
             let of_quiet = of_step.iter_mut().zip(&self.quiet).filter(|(_, quiet)| **quiet);

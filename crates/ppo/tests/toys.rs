@@ -182,6 +182,22 @@ fn what_is_not_a_number_stops_the_run_by_name() {
     assert_eq!(trainer.policy(), before);
 }
 
+/// Of the first unit of the actor: ELU makes 0 of NaN, so no loss shows it.
+#[test]
+fn a_weight_that_is_not_a_number_is_noticed_although_no_loss_shows_it() {
+    let mut checkpoint = trainer(Rule::Echo).checkpoint();
+    checkpoint.tensors.get_mut("adam/first_moment").unwrap().1[0] = f32::NAN;
+    let mut spoilt = trainer(Rule::Echo);
+    spoilt.restore(&checkpoint).unwrap();
+    let error = spoilt.iterate().unwrap_err();
+    assert!(matches!(error, TrainError::NonFinite { what: "a parameter", iteration: 0 }), "{error}");
+    checkpoint.tensors.get_mut("parameters").unwrap().1[0] = f32::NAN;
+    let refusals = [trainer(Rule::Echo).restore(&checkpoint), trainer(Rule::Echo).warm_start(&checkpoint)];
+    for refusal in refusals {
+        assert_eq!(refusal.unwrap_err().to_string(), "parameter 0 is NaN, must be finite");
+    }
+}
+
 #[test]
 fn checkpoints_that_do_not_fit_are_refused() {
     let checkpoint = trainer(Rule::Pendulum).checkpoint();

@@ -2,6 +2,8 @@
 
 pub mod archive;
 pub mod bounds;
+#[cfg(test)]
+mod falls;
 pub mod guidance;
 pub mod locomotion;
 #[cfg(test)]

@@ -59,6 +59,10 @@ impl Chain {
         constants: &HashMap<String, Constant>,
     ) -> Result<(), OnnxError> {
         let others = other_inputs(node, current, constants)?;
+        let limited = self.low.is_some() || self.high.is_some();
+        if limited && !matches!(operator(node), "Identity" | "Min" | "Max" | "Clip") {
+            return Err(refuse(node, "arithmetic behind a limit"));
+        }
         let other = |i: usize| others.get(i).copied().ok_or_else(|| refuse(node, "too few inputs"));
         let row = |i: usize| other(i)?.row(node);
         match operator(node) {
@@ -174,9 +178,6 @@ impl Chain {
 
     /// y ← y · scale + shift, on the input or on the last layer's output.
     fn transform(&mut self, node: &NodeProto, scale: &[f32], shift: &[f32]) -> Result<(), OnnxError> {
-        if self.low.is_some() || self.high.is_some() {
-            return Err(refuse(node, "arithmetic behind a limit"));
-        }
         match (self.layers.last_mut(), self.activated.last()) {
             (Some(layer), Some(false)) => {
                 let scale = widened(node, scale, layer.outputs)?;
@@ -282,6 +283,10 @@ fn other_inputs<'a>(
     }
     if !anywhere && node.input.first().is_none_or(|name| name != current) {
         return Err(refuse(node, "a constant as its first input"));
+    }
+    let times = node.input.iter().filter(|name| *name == current).count();
+    if times != 1 {
+        return Err(refuse(node, &format!("takes `{current}` {times} times, must take it once")));
     }
     let others = node.input.iter().filter(|name| *name != current && !name.is_empty());
     others

@@ -69,7 +69,7 @@ mod tests {
     use prost::Message as _;
 
     use super::{
-        proto::{ModelProto, NodeProto},
+        proto::{ModelProto, NodeProto, TensorProto},
         *,
     };
     use crate::mlp::{Activation, ForwardWorkspace, Linear};
@@ -194,6 +194,43 @@ mod tests {
             sub.input.reverse();
         });
         assert_refused(subtracted, &["Sub", "first input"]);
+        let twice = node(3, |clip| {
+            clip.op_type = Some("Clip".into());
+            clip.input.insert(1, clip.input[0].clone());
+        });
+        assert_refused(twice, &["Clip", "2 times", "once"]);
+    }
+
+    #[test]
+    fn nothing_but_limits_follows_a_limit() {
+        // Gemm, Clip, Tanh, Gemm, and Gemm, Clip, Gemm: not a network with the limit at its end.
+        for (operator, behind) in [("Tanh", "Tanh"), ("Identity", "Gemm")] {
+            let limited = |model: &mut ModelProto| {
+                let graph = model.graph.as_mut().unwrap();
+                graph.node.truncate(3);
+                let clip = NodeProto {
+                    input: vec!["limited".into(), "limit".into()],
+                    output: std::mem::replace(&mut graph.node[0].output, vec!["limited".into()]),
+                    op_type: Some("Clip".into()),
+                    ..NodeProto::default()
+                };
+                graph.node.insert(1, clip);
+                graph.node[2].op_type = Some(operator.into());
+                graph.node[3].output = vec!["actions".into()];
+                graph.initializer.push(constant("limit", &[-0.5]));
+            };
+            assert_refused(limited, &[behind, "behind a limit"]);
+        }
+    }
+
+    fn constant(name: &str, values: &[f32]) -> TensorProto {
+        TensorProto {
+            dims: vec![values.len() as i64],
+            data_type: Some(1),
+            name: Some(name.into()),
+            float_data: values.to_vec(),
+            ..TensorProto::default()
+        }
     }
 
     #[test]
@@ -204,14 +241,6 @@ mod tests {
 
     #[test]
     fn normalizers_and_output_scales_fold_into_the_layers() {
-        use super::proto::TensorProto;
-        let constant = |name: &str, values: &[f32]| TensorProto {
-            dims: vec![values.len() as i64],
-            data_type: Some(1),
-            name: Some(name.into()),
-            float_data: values.to_vec(),
-            ..TensorProto::default()
-        };
         let node = |operator: &str, input: [&str; 2], output: &str| NodeProto {
             input: input.map(str::to_owned).to_vec(),
             output: vec![output.into()],

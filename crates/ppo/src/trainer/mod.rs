@@ -35,7 +35,8 @@ pub enum TrainError {
     /// The environments refuse their saved state.
     #[error("state of the environments: {0}")]
     Environment(String),
-    /// Something is not a number any more; the weights are those before.
+    /// Something is not a number any more. The iteration was not finished: weights may be those before it, or between, or no numbers
+    /// either, so the way on is from a checkpoint.
     #[error("{what} is not finite in iteration {iteration}")]
     NonFinite {
         /// What.
@@ -80,7 +81,8 @@ pub struct Iteration {
     pub action_std: f64,
     /// Learning rate at the end.
     pub learning_rate: f64,
-    /// Time in environments, in their networks, and in the update \[s\].
+    /// Time of the rollout but for choosing actions (environments, values of last states, waiting for other ranks), of choosing
+    /// actions, and of advantages and gradient steps \[s\].
     pub times_s: [f64; 3],
     /// Of these times, that spent in exchange with other ranks, waiting for them included \[s\].
     pub exchange_s: f64,
@@ -135,8 +137,7 @@ impl<E: VecEnv> Trainer<E> {
         mut env: E,
         exchange: Box<dyn Exchange>,
     ) -> Result<Self, TrainError> {
-        // What a processor can is not the same everywhere.
-        exchange.agree(config.validate().map_err(TrainError::from))?;
+        config.validate()?;
         let partials = Partials::new(config.gradient_blocks, &*exchange);
         let ranks = exchange.ranks();
         if ranks > partials.count() {
@@ -289,6 +290,10 @@ impl<E: VecEnv> Trainer<E> {
         self.estimate_advantages();
         let losses = self.update()?;
         self.team.compare(&self.parameters)?;
+        // ELU makes 0 of NaN, so no loss need show it. All ranks have the same weights by now, and end together.
+        if !self.parameters.iter().all(|parameter| parameter.is_finite()) {
+            return Err(self.non_finite("a parameter"));
+        }
         let update_s = start.elapsed().as_secs_f64();
         let index = self.iteration;
         self.iteration += 1;
@@ -337,7 +342,7 @@ impl<E: VecEnv> Trainer<E> {
         sum
     }
 
-    /// Fills advantages, normalized over the samples of all ranks, and value targets.
+    /// Fills advantages, normalized over the samples of all ranks, those of quiet environments included, and value targets.
     fn estimate_advantages(&mut self) {
         self.rollout.estimate_advantages(self.config.gamma, self.config.lambda);
         self.rollout.smooth_means();

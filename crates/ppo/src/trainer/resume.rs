@@ -74,7 +74,7 @@ impl<E: VecEnv> Trainer<E> {
     /// Takes weights, optimizer and learning rate from another run of the same networks; the environments stay.
     ///
     /// # Errors
-    /// The checkpoint is of other networks, or they are to be symmetric and are not.
+    /// The checkpoint is of other networks, its weights are no finite numbers, or they are to be symmetric and are not.
     pub fn warm_start(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         checkpoint.read_into("parameters", &mut self.parameters)?;
         checkpoint.read_into("adam/first_moment", &mut self.adam.first_moment)?;
@@ -83,22 +83,25 @@ impl<E: VecEnv> Trainer<E> {
         checkpoint.read_into("learning_rate", &mut rate)?;
         self.learning_rate = rate[0];
         self.adam.steps = checkpoint.number("adam_steps")?;
-        self.check_symmetry()
+        self.check_parameters()
     }
 
     /// Takes the mean policy from a network that takes raw observations; values, optimizer and noise begin anew.
     ///
     /// # Errors
-    /// The network is of another shape, or is to be symmetric and is not.
+    /// The network is of another shape, its weights are no finite numbers, or it is to be symmetric and is not.
     pub fn warm_start_policy(&mut self, policy: &Mlp) -> Result<(), TrainError> {
         let actor = self.networks.actor.num_parameters();
         let read =
             self.networks.actor.read_mlp(policy, &self.observation_scale, &mut self.parameters[..actor]);
         read.map_err(TrainError::Shape)?;
-        self.check_symmetry()
+        self.check_parameters()
     }
 
-    fn check_symmetry(&self) -> Result<(), TrainError> {
+    fn check_parameters(&self) -> Result<(), TrainError> {
+        if let Some((i, value)) = self.parameters.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+            return Err(TrainError::Shape(format!("parameter {i} is {value}, must be finite")));
+        }
         if self.symmetry.of_networks().is_some_and(|images| !images.holds(&self.parameters)) {
             let message = "these weights are not left–right symmetric, so symmetry must be \"samples\" or \"none\" (--set ppo.symmetry=none)";
             return Err(TrainError::Shape(message.into()));

@@ -7,15 +7,15 @@ use super::PullConfig;
 use crate::{
     bounds::within,
     locomotion::Terrain,
-    simulation::{CONTROL_PERIOD_S, Randomization, ResetSpread},
+    simulation::{CONTROL_PERIOD_S, Randomization, ResetSpread, is_whole_steps},
 };
 
-/// Lowest velocity command v_x, v_y \[m/s\], ω_z \[rad/s\]. Source: design section 3.
+/// Lowest velocity command v_x, v_y \[m/s\], ω_z \[rad/s\]. Source: ours.
 pub const COMMAND_LOW: [f32; 3] = [-0.3, -0.4, -1.5];
-/// Highest velocity command. Source: design section 3.
+/// Highest velocity command. Source: ours.
 pub const COMMAND_HIGH: [f32; 3] = [1.2, 0.4, 1.5];
 
-/// Settings of the guidance task. Defaults are the paper's where it gives them.
+/// Settings of the guidance task. Defaults are the paper's but where a field names another source.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuidanceConfig {
@@ -86,8 +86,7 @@ impl GuidanceConfig {
         within("max_level", self.max_level as f32, 0.0, 9.0)?;
         within("episode_s", self.episode_s, 1.0, 1000.0)?;
         within("supervisor_period_s", self.supervisor_period_s, 0.02, 1.0)?;
-        let steps = self.supervisor_period_s / CONTROL_PERIOD_S;
-        if (steps - steps.round()).abs() > 1e-3 {
+        if !is_whole_steps(self.supervisor_period_s) {
             return Err(format!(
                 "supervisor_period_s is {}, must be a multiple of {CONTROL_PERIOD_S}",
                 self.supervisor_period_s

@@ -21,7 +21,9 @@ use crate::{
 
 const OBSERVATION: usize = layout::SUPERVISOR_OBSERVATION;
 /// Version of the saved state.
-const STATE_VERSION: u32 = 4;
+const STATE_VERSION: u32 = 5;
+/// The one before, which does not say what policy walked; one rank by itself still reads it.
+const VERSION_WITHOUT_WALK: u32 = 4;
 
 /// The guidance task for a number of robots.
 pub struct GuidanceEnv {
@@ -109,7 +111,8 @@ impl VecEnv for GuidanceEnv {
         layout::COMMAND
     }
 
-    /// As in locomotion, and the unit of force.
+    /// Locomotion's factors for linear velocity and joint velocities, the unit of force, and 1 for all else: also where locomotion
+    /// has others, for angular velocity, command and height scan.
     fn observation_scale(&self) -> Vec<f32> {
         let mut scale = vec![1.0; OBSERVATION];
         scale[layout::BASE_LINEAR_VELOCITY.range()].fill(2.0);
@@ -178,12 +181,13 @@ impl VecEnv for GuidanceEnv {
     }
 
     fn common_state_len(&self) -> usize {
-        size_of_val(&STATE_VERSION)
+        2 * size_of_val(&STATE_VERSION)
     }
 
     fn save_state(&self, out: &mut Vec<u8>) {
         let mut writer = Writer(out);
         writer.u32(&mut STATE_VERSION.clone());
+        writer.u32(&mut self.course.policy.checksum());
         for squad in &self.squads {
             squad.clone().visit(&mut writer);
         }
@@ -191,10 +195,19 @@ impl VecEnv for GuidanceEnv {
 
     fn load_state(&mut self, bytes: &[u8]) -> Result<(), String> {
         let mut reader = Reader::new(bytes);
-        let mut version = 0;
+        let (mut version, own) = (0, self.course.policy.checksum());
         reader.u32(&mut version);
-        if version != STATE_VERSION {
-            return Err(format!("version is {version}, must be {STATE_VERSION}"));
+        let mut walk = own;
+        match version {
+            STATE_VERSION => reader.u32(&mut walk),
+            VERSION_WITHOUT_WALK => (),
+            _ => return Err(format!("version is {version}, must be {STATE_VERSION}")),
+        }
+        if walk != own {
+            return Err(format!(
+                "the supervisor was trained over another walking policy: checksum {walk:08x}, must be {own:08x}, that of `{}`",
+                self.config.locomotion
+            ));
         }
         for squad in &mut self.squads {
             squad.visit(&mut reader);
@@ -204,9 +217,12 @@ impl VecEnv for GuidanceEnv {
 }
 
 #[cfg(test)]
+mod pulls;
+
+#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{guidance::test_policy, locomotion::Terrain, non_finite};
+    use crate::{falls, guidance::test_policy, locomotion::Terrain, non_finite};
 
     fn env(config: GuidanceConfig) -> GuidanceEnv {
         let config = GuidanceConfig { terrain: Terrain::Flat, ..config };
@@ -312,7 +328,35 @@ mod tests {
     }
 
     #[test]
-    fn time_truncates_and_a_fall_terminates() {
+    fn a_robot_that_tips_over_ends_and_pays() {
+        let policy = LocomotionPolicy::new(test_policy()).unwrap();
+        let make = |fall| {
+            let config = GuidanceConfig { terrain: Terrain::Flat, fall, ..GuidanceConfig::default() };
+            GuidanceEnv::new(config, policy.clone(), falls::ENVS, 3).unwrap()
+        };
+        falls::a_robot_that_tips_over_ends_and_pays(make, |env| env.squads[0].squad.group_mut(0));
+    }
+
+    #[test]
+    fn a_state_is_loaded_over_the_same_walk_only() {
+        let over = |bias: f32| {
+            let mut file = test_policy();
+            file.mlp.layers[0].bias[3] = bias;
+            let config = GuidanceConfig { terrain: Terrain::Flat, ..GuidanceConfig::default() };
+            GuidanceEnv::new(config, LocomotionPolicy::new(file).unwrap(), 16, 3).unwrap()
+        };
+        let mut state = Vec::new();
+        over(0.0).save_state(&mut state);
+        over(0.0).load_state(&state).unwrap();
+        let message = over(0.1).load_state(&state).unwrap_err();
+        assert!(message.contains("another walking policy") && message.contains("`shipped`"), "{message}");
+        // As version 4 had it, without the checksum.
+        let before = [&VERSION_WITHOUT_WALK.to_le_bytes(), &state[over(0.0).common_state_len()..]].concat();
+        over(0.1).load_state(&before).unwrap();
+    }
+
+    #[test]
+    fn time_truncates() {
         let mut env = env(GuidanceConfig { episode_s: 1.0, ..GuidanceConfig::default() });
         let mut buffers = StepBuffers::new(144, OBSERVATION);
         env.reset(&mut buffers.observations);

@@ -91,9 +91,11 @@ impl GuidedSquad {
         self.pull(shared, robot);
     }
 
-    /// Draws the force where one is due.
+    /// Draws the force where one has come due since the last decision.
     fn pull(&mut self, shared: &Shared<'_>, robot: usize) {
-        if self.robots[robot].step.is_multiple_of(shared.pull_steps) {
+        let drawn = |step: u32| step / shared.pull_steps;
+        let step = self.robots[robot].step;
+        if step == 0 || drawn(step) != drawn(step - shared.period_steps) {
             let force = shared.config.pull.draw(&mut self.random(shared, robot, Purpose::Command));
             self.robots[robot].force = force;
             self.squad.set_hand_force(robot, force);

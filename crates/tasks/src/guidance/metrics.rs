@@ -54,8 +54,8 @@ impl Metrics {
         }
     }
 
-    /// Means over all steps, by name: the total, and each behavior's share of it (at most its share of the steps, a
-    /// quarter), the averages the paper plots.
+    /// Means over all steps, by name: the total, and each behavior's share of it (at most its share of the steps: a
+    /// quarter under the paper's pulls), the averages the paper plots.
     pub(super) fn named(&self) -> Vec<(String, f64)> {
         let steps = self.steps.max(1.0);
         let mut named = vec![("behavior_reward/total".to_owned(), self.rewards.iter().sum::<f64>() / steps)];

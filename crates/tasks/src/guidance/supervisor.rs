@@ -2,8 +2,8 @@
 
 use policy::{ForwardWorkspace, Mlp, OnnxPolicy, layout};
 
-use super::{Behavior, config::COMMAND_HIGH, config::COMMAND_LOW};
-use crate::simulation::control_steps;
+use super::{Behavior, config::COMMAND_HIGH, config::COMMAND_LOW, walker::check_list};
+use crate::simulation::{control_steps, is_whole_steps};
 
 /// A learned supervisor: 226 inputs, a limited command as output.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +16,8 @@ impl SupervisorPolicy {
     /// Takes a policy read from a file.
     ///
     /// # Errors
-    /// It is not for this observation, or has no period; the message names what was found and what is allowed.
+    /// It is not for this observation, or has no period that control steps make up; the message names what was found and what is
+    /// allowed.
     pub fn new(file: OnnxPolicy) -> Result<Self, String> {
         let shape = (file.mlp.inputs(), file.mlp.outputs());
         if shape != (layout::SUPERVISOR_OBSERVATION, layout::COMMAND) {
@@ -28,10 +29,13 @@ impl SupervisorPolicy {
                 layout::COMMAND
             ));
         }
+        check_list(&file, "observation_names", &layout::SUPERVISOR.map(|segment| segment.name.to_owned()))?;
         let text = file.metadata.get("control_period").map(String::as_str).unwrap_or_default();
-        let period_s = text.parse().ok().filter(|period| (0.02..=1.0).contains(period));
-        let period_s =
-            period_s.ok_or_else(|| format!("control_period is `{text}`, must be from 0.02 to 1 second"))?;
+        let allowed = |period: &f32| (0.02..=1.0).contains(period) && is_whole_steps(*period);
+        let period_s = text.parse().ok().filter(allowed);
+        let period_s = period_s.ok_or_else(|| {
+            format!("control_period is `{text}`, must be from 0.02 to 1 second, a multiple of 0.02")
+        })?;
         Ok(Self { mlp: file.mlp, period_s })
     }
 
@@ -60,16 +64,6 @@ pub enum Supervisor {
 const RULE_PERIOD_S: f32 = 0.1;
 
 impl Supervisor {
-    /// Its name in `results.json`.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Learned(_) => "learned",
-            Self::Rules => "rules",
-            Self::Oracle => "oracle",
-            Self::Dominance => "dominance",
-        }
-    }
-
     /// Control steps (0.02 s) from one decision to the next.
     pub fn period_steps(&self) -> u32 {
         let period_s = match self {
@@ -163,8 +157,26 @@ mod tests {
         assert_eq!(decide(&Supervisor::Learned(policy), [0.0; 3], [0.0; 3]), [1.2, -0.4, 0.25]);
         let file = OnnxPolicy { mlp, metadata: Default::default() };
         assert!(SupervisorPolicy::new(file.clone()).unwrap_err().contains("control_period is ``"));
+        let metadata = |name: &str, text: &str| {
+            let period = ("control_period".to_owned(), "0.1".to_owned());
+            let metadata = [period, (name.to_owned(), text.to_owned())].into_iter().collect();
+            SupervisorPolicy::new(OnnxPolicy { metadata, ..file.clone() })
+        };
+        metadata("author", "nobody").unwrap();
+        let uneven = metadata("control_period", "0.05").unwrap_err();
+        assert!(uneven.contains("is `0.05`") && uneven.contains("a multiple of 0.02"), "{uneven}");
+        let other = metadata("observation_names", "harness_force,height_scan").unwrap_err();
+        assert!(other.contains("is `harness_force,height_scan`, must be `base_linear_velocity,"), "{other}");
         let mut narrow = file;
         narrow.mlp.layers[0].inputs = 225;
         assert!(SupervisorPolicy::new(narrow).unwrap_err().contains("225 inputs"));
+    }
+
+    #[test]
+    fn the_shipped_policies_are_accepted() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies");
+        let file = |name: &str| policy::load_onnx(&folder.join(name)).unwrap();
+        SupervisorPolicy::new(file("supervisor.onnx")).unwrap();
+        crate::guidance::LocomotionPolicy::new(file("locomotion.onnx")).unwrap();
     }
 }

@@ -1,11 +1,13 @@
 //! The frozen locomotion policy, and the robots it walks.
 
-use std::ops::Range;
+use std::{fmt::Display, ops::Range, str::FromStr};
 
 use policy::{ForwardWorkspace, Mlp, OnnxPolicy, layout};
 use spatial::{Philox, Purpose};
 
-use crate::simulation::{ACTION_SCALE, BaseMotion, GROUP, Group, Randomization, ResetSpread, Simulation};
+use crate::simulation::{
+    ACTION_SCALE, BaseMotion, CONTROL_PERIOD_S, GROUP, Group, Randomization, ResetSpread, Simulation,
+};
 
 /// Robots that go through the policy together: as many as keep the matrix products busy.
 pub const SQUAD: usize = 8 * GROUP;
@@ -50,7 +52,22 @@ impl LocomotionPolicy {
                 "joint_stiffness and joint_damping are {gains:?}, must be 1 to 1000, 0 to 100"
             ));
         }
+        check_list(&file, "observation_names", &layout::LOCOMOTION.map(|segment| segment.name.to_owned()))?;
+        let default = robot::anymal_d_default_joint_position().map(|q| q as f32);
+        check_list(&file, "default_joint_pos", &default)?;
+        check_list(&file, "control_period", &[CONTROL_PERIOD_S])?;
         Ok(Self { mlp: file.mlp, gains })
+    }
+
+    /// By which it is told from others: of everything that decides how it walks.
+    pub(super) fn checksum(&self) -> u32 {
+        let Mlp { layers, activation, output_limits } = &self.mlp;
+        let limits = output_limits.iter().flat_map(|(low, high)| low.iter().chain(high));
+        let numbers = layers.iter().flat_map(|layer| layer.weight.iter().chain(&layer.bias)).chain(limits);
+        let mut bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
+        bytes.extend(self.gains.iter().flat_map(|gain| gain.to_le_bytes()));
+        bytes.push(*activation as u8);
+        crc32c::crc32c(&bytes)
     }
 
     /// Weights and biases.
@@ -64,6 +81,21 @@ impl LocomotionPolicy {
         [config.actuator.stiffness, config.actuator.damping] = self.gains;
         config
     }
+}
+
+/// Refuses a file that has a comma-separated list of that name which is not `ours`.
+pub(super) fn check_list<T: FromStr + Display + PartialEq>(
+    file: &OnnxPolicy,
+    name: &str,
+    ours: &[T],
+) -> Result<(), String> {
+    let Some(text) = file.metadata.get(name) else { return Ok(()) };
+    let found: Result<Vec<T>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    if found.is_ok_and(|found| found == ours) {
+        return Ok(());
+    }
+    let ours: Vec<String> = ours.iter().map(T::to_string).collect();
+    Err(format!("{name} is `{text}`, must be `{}`", ours.join(",")))
 }
 
 /// The number that a comma-separated list repeats.
@@ -276,5 +308,49 @@ mod tests {
         let mixed = |file: &mut OnnxPolicy| file.metadata.insert("joint_stiffness".into(), "80,40".into());
         assert!(refusal(&|file| drop(mixed(file))).contains("joint_stiffness is `80,40`"));
         assert!(refusal(&|file| drop(file.metadata.remove("action_scale"))).contains("action_scale"));
+    }
+
+    #[test]
+    fn what_a_file_says_of_robot_and_time_is_held_against_ours() {
+        let made = |name: &str, text: Option<&str>| {
+            let mut file = test_policy();
+            file.metadata.remove(name);
+            file.metadata.extend(text.map(|text| (name.to_owned(), text.to_owned())));
+            LocomotionPolicy::new(file)
+        };
+        let pose = "0, 0, 0, 0, 0.4000, -0.4, 0.4, -0.4, -0.8, 0.8, -0.8, 0.8";
+        made("default_joint_pos", Some(pose)).unwrap();
+        for (name, text, ours) in [
+            ("default_joint_pos", "0,0,0,0,0.4,-0.4,0.4,-0.4,-0.8,0.8,-0.8,0.7", "0,0,0,0,0.4,"),
+            ("default_joint_pos", "zero", "0,0,0,0,0.4,"),
+            ("control_period", "0.01", "0.02"),
+            ("observation_names", "height_scan", "base_linear_velocity,base_angular_velocity,"),
+        ] {
+            made(name, None).unwrap();
+            let message = made(name, Some(text)).unwrap_err();
+            assert!(message.contains(&format!("{name} is `{text}`, must be `{ours}")), "{message}");
+        }
+    }
+
+    #[test]
+    fn policies_that_walk_otherwise_have_other_checksums() {
+        let of = |change: &dyn Fn(&mut OnnxPolicy)| {
+            let mut file = test_policy();
+            change(&mut file);
+            LocomotionPolicy::new(file).unwrap().checksum()
+        };
+        let own = of(&|_| ());
+        assert_eq!(of(&|file| drop(file.metadata.insert("author".into(), "nobody".into()))), own);
+        let damping = ["3"; layout::JOINTS].join(",");
+        let changes: [&dyn Fn(&mut OnnxPolicy); 5] = [
+            &|file| file.mlp.layers[0].weight[7] = 0.1,
+            &|file| file.mlp.layers[0].bias[11] = 0.1,
+            &|file| file.mlp.activation = policy::Activation::Tanh,
+            &|file| file.mlp.output_limits = Some((vec![-1.0; layout::JOINTS], vec![1.0; layout::JOINTS])),
+            &|file| drop(file.metadata.insert("joint_damping".into(), damping.clone())),
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            assert_ne!(of(change), own, "change {i}");
+        }
     }
 }

@@ -8,8 +8,7 @@ use crate::bounds::{ordered_within, within};
 
 /// How disturbances are drawn.
 ///
-/// Ranges: design section 5. A hand 1.2 m behind the base turns the robot against the pull, and no policy trained without
-/// such forces withstood them.
+/// A hand 1.2 m behind the base turns the robot against the pull, and no policy trained without such forces withstood them.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DisturbanceConfig {

@@ -244,7 +244,7 @@ mod scan_scale;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::non_finite;
+    use crate::{falls, locomotion::Terrain, non_finite};
 
     #[test]
     fn a_robot_that_is_no_longer_numbers_is_reset_and_counted_and_nobody_else_notices() {
@@ -253,5 +253,15 @@ mod tests {
             &mut env.groups[robot / GROUP].group
         });
         assert!(rewards.iter().all(|&reward| reward == 0.0), "{rewards:?}");
+    }
+
+    #[test]
+    fn a_robot_that_tips_over_ends_and_pays() {
+        let make = |fall| {
+            let mut config = LocomotionConfig { terrain: Terrain::Flat, ..LocomotionConfig::default() };
+            config.reward.fall = fall;
+            LocomotionEnv::new(config, falls::ENVS, 3).unwrap()
+        };
+        falls::a_robot_that_tips_over_ends_and_pays(make, |env| &mut env.groups[0].group);
     }
 }

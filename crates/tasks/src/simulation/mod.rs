@@ -47,6 +47,12 @@ pub(crate) fn control_steps(time_s: f32) -> u32 {
     ((time_s / CONTROL_PERIOD_S).round() as u32).max(1)
 }
 
+/// Whether a time \[s\] is a multiple of the control period, as near as its number can say.
+pub(crate) fn is_whole_steps(time_s: f32) -> bool {
+    let steps = time_s / CONTROL_PERIOD_S;
+    (steps - steps.round()).abs() <= 1e-3
+}
+
 /// What all robots share.
 #[derive(Clone, Debug)]
 pub struct Simulation {
