@@ -135,8 +135,17 @@ where
         let Some(run) = run else { return ranks::follow(&mut trainer) };
         let mut leader = ranks::Leader(&mut trainer);
         let window = self.window.map(Arc::as_ref);
-        let result = train(&mut leader, run, &self.config.training, T::SHOWN, interrupt, window);
+        let result = self
+            .keep_beginning(&leader, run)
+            .and_then(|()| train(&mut leader, run, &self.config.training, T::SHOWN, interrupt, window));
         leader.end(result)
+    }
+
+    /// Killed before its first checkpoint, a run that begins from another would be resumed from nothing.
+    fn keep_beginning(&self, learner: &dyn Learner, run: &RunFolder) -> Result<()> {
+        let Start::From(_) = self.start else { return Ok(()) };
+        let path = run.checkpoint(learner.iteration());
+        learner.save(&path).with_context(|| format!("cannot save {}", path.display()))
     }
 
     /// The learner, where it is to begin, its settings written to the run's folder.
@@ -166,7 +175,7 @@ where
         let mut trainer = Trainer::with_ranks(config.ppo.clone(), config.training.seed, env, exchange)
             .or_bad_input(|| "ppo".into())?;
         let found: Result<Vec<u8>> = run.map_or(Ok(Vec::new()), |run| {
-            let found = find_beginning::<T>(&mut trainer, run, &text, self.start)?;
+            let found = find_beginning::<T>(&mut trainer, run, config, self.start)?;
             let path = run.file("config.toml");
             write_atomic(&path, text.as_bytes())
                 .with_context(|| format!("cannot write {}", path.display()))?;
@@ -217,7 +226,7 @@ fn begin_at<E: VecEnv>(trainer: &mut Trainer<E>, found: &[u8]) -> Result<()> {
 fn find_beginning<T: Trainable>(
     trainer: &mut Trainer<Watched<T::Env>>,
     run: &RunFolder,
-    text: &str,
+    config: &Run<T>,
     start: &Start,
 ) -> Result<Vec<u8>>
 where
@@ -230,7 +239,7 @@ where
         Ok(found)
     };
     if *start == Start::Resume {
-        refuse_other_settings::<T>(run, text)?;
+        refuse_other_settings(run, config)?;
         let found = run.load_newest(|path| begin_with(CHECKPOINT, path), |line| eprintln!("{line}"))?;
         if found.is_none() {
             eprintln!("{} has no checkpoint yet: beginning", run.path().display());
@@ -255,7 +264,10 @@ where
 }
 
 /// A run with checkpoints goes on with its own settings: others would make of it what no run from the start gives.
-fn refuse_other_settings<T: Trainable>(run: &RunFolder, now: &str) -> Result<()>
+///
+/// # Errors
+/// The first setting that differs, with both values.
+pub(crate) fn refuse_other_settings<T: Trainable>(run: &RunFolder, now: &Run<T>) -> Result<()>
 where
     Run<T>: Serialize,
 {
@@ -266,10 +278,9 @@ where
     let begun = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     // A setting that a run of before does not name yet is what it is by default.
     let begun: Run<T> = resolve_text(&path.display().to_string(), &begun, &[])?;
-    let begun = toml::to_string(&begun).context("the configuration of before")?;
-    let begun = begun.parse().context("the configuration of before")?;
-    let now = now.parse().context("the configuration just written")?;
-    same_as_begun(&begun, &now).map_err(|difference| {
+    let table = |config: &Run<T>| -> Result<toml::Table> { Ok(toml::to_string(config)?.parse()?) };
+    let [begun, now] = [&begun, now].map(table);
+    same_as_begun(&begun?, &now?).map_err(|difference| {
         BadInput::new(format!(
             "{}: {difference}; go on with the settings it was begun with, or choose another --name",
             run.path().display()

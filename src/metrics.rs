@@ -16,13 +16,27 @@ pub struct MetricsTable {
 }
 
 impl MetricsTable {
-    /// Opens the table at `path`, empty if there is none, and drops the rows after `last_iteration`: what an
-    /// interrupted run wrote beyond its last checkpoint will be computed again.
+    /// Opens the table at `path` to go on with it, empty if there is none, and drops the rows after `last_iteration`: what
+    /// an interrupted run wrote beyond its last checkpoint will be computed again. The caller holds the run's lock.
     ///
     /// # Errors
-    /// The file cannot be read or written, or its first line is not a header that begins with `iteration`. A row
-    /// that breaks off (the machine went down) and those after it are dropped.
+    /// As [`Self::read`], or the file cannot be written.
     pub fn open(path: &Path, last_iteration: u64) -> io::Result<Self> {
+        let mut table = Self::read(path)?;
+        let is_kept =
+            |row: &&Vec<Option<f64>>| row[0].is_some_and(|iteration| iteration <= last_iteration as f64);
+        let kept = table.rows.iter().take_while(is_kept).count();
+        table.rows.truncate(kept);
+        table.rewrite()?;
+        Ok(table)
+    }
+
+    /// Reads the table at `path`, empty if there is none, and leaves the file as it is: another process may be writing it.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its first line is not a header that begins with `iteration`. A row that breaks off
+    /// (the machine went down) and those after it are left out.
+    pub fn read(path: &Path) -> io::Result<Self> {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
@@ -37,11 +51,7 @@ impl MetricsTable {
             let message = format!("first column is {:?}, must be {ITERATION:?}", table.columns[0]);
             return Err(io::Error::new(io::ErrorKind::InvalidData, message));
         }
-        table.rows = lines
-            .map_while(|line| parse_row(line, table.columns.len()))
-            .take_while(|row| row[0].is_some_and(|iteration| iteration <= last_iteration as f64))
-            .collect();
-        table.rewrite()?;
+        table.rows = lines.map_while(|line| parse_row(line, table.columns.len())).collect();
         Ok(table)
     }
 
@@ -143,10 +153,13 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_last_row_is_dropped() {
+    fn a_broken_last_row_is_dropped_but_not_by_those_who_only_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        fs::write(&path, "iteration,reward,kl\n1,0.5,0.1\n2,0.").unwrap();
+        let written = "iteration,reward,kl\n1,0.5,0.1\n2,0.";
+        fs::write(&path, written).unwrap();
+        assert_eq!(MetricsTable::read(&path).unwrap().column("reward"), [(1, 0.5)]);
+        assert_eq!(fs::read_to_string(&path).unwrap(), written);
         assert_eq!(MetricsTable::open(&path, 9).unwrap().column("reward"), [(1, 0.5)]);
         assert_eq!(fs::read_to_string(&path).unwrap(), "iteration,reward,kl\n1,0.5,0.1\n");
     }

@@ -10,7 +10,7 @@ use evaluation::statistics::moving_average;
 use crate::metrics::MetricsTable;
 use crate::run_folder::{RunFolder, write_atomic};
 
-/// What a reader wants first; a name that ends in `/` stands for all that begin with it.
+/// What a reader wants first; a name that ends in `/` stands for all that begin with it. Others come last.
 const ORDER: [&str; 20] = [
     "episode_return",
     "step_reward",
@@ -33,6 +33,8 @@ const ORDER: [&str; 20] = [
     "steps_per_s",
     "time/",
 ];
+/// What everything is drawn over.
+const AXES: [&str; 2] = ["iteration", "env_steps"];
 const SIZE: [f64; 2] = [300.0, 190.0];
 /// The bold line is a mean over such a share of the training.
 const SMOOTHED: usize = 40;
@@ -43,13 +45,14 @@ const SMOOTHED: usize = 40;
 /// The table cannot be read, or the disk refuses.
 pub fn write(run: &RunFolder) -> Result<PathBuf> {
     let file = run.file("metrics.csv");
-    let table = MetricsTable::open(&file, u64::MAX).with_context(|| file.display().to_string())?;
+    let table = MetricsTable::read(&file).with_context(|| file.display().to_string())?;
     let steps = table.column("env_steps");
     let place = |name: &str| {
-        ORDER.iter().position(|known| name == *known || (known.ends_with('/') && name.starts_with(known)))
+        let is_of = |known: &&str| name == *known || (known.ends_with('/') && name.starts_with(known));
+        ORDER.iter().position(is_of).unwrap_or(ORDER.len())
     };
-    let mut named: Vec<(usize, &String)> =
-        table.columns().iter().filter_map(|name| Some((place(name)?, name))).collect();
+    let drawn = table.columns().iter().filter(|name| !AXES.contains(&name.as_str()));
+    let mut named: Vec<(usize, &String)> = drawn.map(|name| (place(name), name)).collect();
     // Parts of a whole by size come later; the total is first.
     named.sort_by_key(|(place, name)| (*place, Reverse(name.ends_with("/total"))));
     let panels: Vec<Panel> =
@@ -89,6 +92,7 @@ mod tests {
         for i in 1..=100_u64 {
             let row = [
                 ("env_steps", i as f64 * 1e4),
+                ("roughness", 0.3 * i as f64),
                 ("reward/progress", 0.0),
                 ("reward/joint_torque", -0.5 * i as f64),
                 ("kl", 1.0 / i as f64),
@@ -99,8 +103,14 @@ mod tests {
             table.append(i, &row.map(|(name, value)| (name.to_owned(), value))).unwrap();
         }
         let picture = std::fs::read_to_string(write(&run).unwrap()).unwrap();
-        let order =
-            ["behavior_reward/total", "behavior_reward/stop", "tracking_linear", "kl", "reward/joint_torque"];
+        let order = [
+            "behavior_reward/total",
+            "behavior_reward/stop",
+            "tracking_linear",
+            "kl",
+            "reward/joint_torque",
+            "roughness",
+        ];
         let places: Vec<_> = order.iter().map(|name| picture.find(&format!(">{name}<")).unwrap()).collect();
         assert!(places.is_sorted(), "{places:?}");
         assert!(!picture.contains("progress") && !picture.contains(">env_steps<"));

@@ -31,8 +31,8 @@ pub fn table(results: &Results) -> String {
 
 /// Two judgments of the same suite, case by case: two engines, or two policies.
 pub fn side_by_side(one: &Results, other: &Results) -> String {
-    let name = |results: &Results| results.engine.clone().unwrap_or_else(|| "guidedog".into());
-    let mut text = format!("{}left: {}; right: {}\n\n", head(one), name(one), name(other));
+    let [left, right] = apart(one, other);
+    let mut text = format!("{}{}left: {left}; right: {right}\n\n", head(one), head(other));
     let width = one.cases.iter().map(|case| case.name.len()).max().unwrap_or(0).max(9);
     text += &format!("{:width$} behavior      success        falls        v_x           ω_z\n", "case");
     let both = |a: f64, b: f64, decimals: usize| format!("{a:7.decimals$}{b:7.decimals$}");
@@ -50,11 +50,11 @@ pub fn side_by_side(one: &Results, other: &Results) -> String {
         );
     }
     text += "\nbehavior reward   total   stop   spin   walk   turn\n";
-    for results in [one, other] {
+    for (name, results) in [(left, one), (right, other)] {
         let r = results.reward;
         text += &format!(
-            "{:16.16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
-            name(results),
+            "{:16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
+            ending(&name),
             r.total,
             r.stop,
             r.spin,
@@ -65,8 +65,25 @@ pub fn side_by_side(one: &Results, other: &Results) -> String {
     text
 }
 
-/// The median of some values and, where they differ, the least and the greatest: `0.80 (0.75 to 0.90)`. What is missing is called
-/// "not", and counts as greater than any number.
+/// Names that tell two judgments apart: of their engines, or else of their supervisors or walks.
+fn apart(one: &Results, other: &Results) -> [String; 2] {
+    let names: [fn(&Results) -> String; 3] = [
+        |results| results.engine.clone().unwrap_or_else(|| "guidedog".into()),
+        |results| results.supervisor.clone(),
+        |results| results.locomotion.clone(),
+    ];
+    let pairs = names.map(|name| [name(one), name(other)]);
+    let differs = |pair: &&[String; 2]| pair[0] != pair[1];
+    pairs.iter().find(differs).unwrap_or(&pairs[0]).clone()
+}
+
+/// As much of a name's end as a column holds: files differ there.
+fn ending(name: &str) -> String {
+    name.chars().skip(name.chars().count().saturating_sub(16)).collect()
+}
+
+/// The median of some values (of an even count the mean of the middle two) and, where they differ, the least and the greatest:
+/// `0.80 (0.75 to 0.90)`. What is missing is called "not", and counts as greater than any number.
 pub fn spread(mut values: Vec<Option<f64>>, decimals: usize) -> String {
     values.sort_by(|a, b| a.unwrap_or(f64::INFINITY).total_cmp(&b.unwrap_or(f64::INFINITY)));
     let show = |value: Option<f64>| value.map_or_else(|| "not".into(), |value| format!("{value:.decimals$}"));
@@ -75,7 +92,9 @@ pub fn spread(mut values: Vec<Option<f64>>, decimals: usize) -> String {
         [first, .., last] if show(*first) == show(*last) => show(*first),
         [only] => show(*only),
         [first, .., last] => {
-            format!("{} ({} to {})", show(values[(values.len() - 1) / 2]), show(*first), show(*last))
+            let [lower, upper] = [values.len() - 1, values.len()].map(|twice| values[twice / 2]);
+            let median = lower.zip(upper).map(|(lower, upper)| 0.5 * (lower + upper));
+            format!("{} ({} to {})", show(median), show(*first), show(*last))
         }
     }
 }
@@ -239,10 +258,14 @@ fn rewards(results: &Results) -> String {
     // Where the oracle is judged its two rows are one.
     rows.dedup_by_key(|(name, _)| *name);
     for (name, r) in rows.into_iter().filter(|(_, reward)| reward.total > 0.0) {
-        let name: String = name.chars().rev().take(16).collect::<Vec<_>>().into_iter().rev().collect();
         text += &format!(
-            "{name:16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
-            r.total, r.stop, r.spin, r.walk, r.turn
+            "{:16} {:6.3} {:6.3} {:6.3} {:6.3} {:6.3}\n",
+            ending(name),
+            r.total,
+            r.stop,
+            r.spin,
+            r.walk,
+            r.turn
         );
     }
     text
@@ -255,6 +278,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_spread_has_the_median_in_the_middle_and_what_is_missing_at_the_end() {
+        let of = |values: &[f64], missing: usize| {
+            let missing = std::iter::repeat_n(None, missing);
+            spread(values.iter().copied().map(Some).chain(missing).collect(), 1)
+        };
+        assert_eq!(of(&[3.0, 1.0, 2.0], 0), "2.0 (1.0 to 3.0)");
+        assert_eq!(of(&[4.0, 1.0, 3.0, 2.0], 0), "2.5 (1.0 to 4.0)");
+        assert_eq!(of(&[2.0, 1.0], 1), "2.0 (1.0 to not)");
+        assert_eq!(of(&[2.0, 1.0], 2), "not (1.0 to not)");
+    }
+
+    #[test]
     fn the_oracle_judged_has_one_row() {
         let reward = BehaviorReward { total: 0.9, ..BehaviorReward::default() };
         let of = |name: &str| {
@@ -264,6 +299,23 @@ mod tests {
         assert_eq!(of("oracle").matches("oracle").count(), 1);
         assert_eq!(of("rules").matches("oracle").count(), 1);
         assert_eq!(rewards(&Results::default()), "");
+    }
+
+    #[test]
+    fn two_judgments_are_called_by_what_differs_and_both_are_told_of() {
+        let results = |engine: Option<&str>, supervisor: &str, episodes| Results {
+            engine: engine.map(str::to_owned),
+            supervisor: supervisor.into(),
+            episodes,
+            ..Results::default()
+        };
+        let (one, other) = (results(None, "runs/a/policy.onnx", 20), results(None, "rules", 30));
+        let text = side_by_side(&one, &other);
+        assert!(text.contains("left: runs/a/policy.onnx; right: rules\n"), "{text}");
+        assert!(text.contains("20 episodes a case") && text.contains("30 episodes a case"), "{text}");
+        assert!(text.contains("\nns/a/policy.onnx  0.000") && text.contains("\nrules "), "{text}");
+        let text = side_by_side(&one, &results(Some("MuJoCo"), "rules", 20));
+        assert!(text.contains("left: guidedog; right: MuJoCo\n"), "{text}");
     }
 
     #[test]

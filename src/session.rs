@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 
+use crate::error::BadInput;
 use crate::metrics::MetricsTable;
 use crate::run_folder::{RunFolder, write_atomic};
 use crate::tensorboard::EventWriter;
@@ -35,14 +36,15 @@ impl<'a> Session<'a> {
     /// Makes an iteration and records it; returns its numbers.
     ///
     /// # Errors
-    /// The learner breaks down or the disk refuses; the last good checkpoint is named.
+    /// The learner breaks down or the disk refuses: the last good checkpoint is named. No number is the one that decides
+    /// which checkpoint is the best.
     pub fn iterate(&mut self, learner: &mut dyn Learner) -> Result<Vec<(String, f64)>> {
         let began = Instant::now();
         let mut row = learner.iterate().with_context(|| last_good(self.run))?;
         let rate = learner.steps_per_iteration() as f64 / began.elapsed().as_secs_f64();
         row.push(("steps_per_s".into(), rate));
         self.log.append(learner.iteration(), &row).with_context(|| last_good(self.run))?;
-        self.checkpoints.note(&row);
+        self.checkpoints.note(&row)?;
         Ok(row)
     }
 
@@ -115,17 +117,20 @@ struct Checkpoints<'a> {
 
 impl<'a> Checkpoints<'a> {
     fn new(run: &'a RunFolder, settings: &'a TrainingSettings) -> Result<Self> {
-        let best =
-            std::fs::read_to_string(best_score_path(run)).ok().and_then(|text| text.trim().parse().ok());
-        let best = best.unwrap_or(f64::NEG_INFINITY);
+        let best = best_score(run, &settings.score).unwrap_or(f64::NEG_INFINITY);
         Ok(Self { run, settings, saved_at: Instant::now(), score: (0.0, 0), best })
     }
 
     /// Takes an iteration's score into account.
-    fn note(&mut self, row: &[(String, f64)]) {
-        if let Some((_, value)) = row.iter().find(|(name, _)| *name == self.settings.score) {
-            self.score = (self.score.0 + value, self.score.1 + 1);
-        }
+    fn note(&mut self, row: &[(String, f64)]) -> Result<(), BadInput> {
+        let score = &self.settings.score;
+        let Some((_, value)) = row.iter().find(|(name, _)| name == score) else {
+            let names: Vec<&str> = row.iter().map(|(name, _)| name.as_str()).collect();
+            let allowed = names.join(", ");
+            return Err(BadInput::new(format!("training.score is {score:?}, must be one of {allowed}")));
+        };
+        self.score = (self.score.0 + value, self.score.1 + 1);
+        Ok(())
     }
 
     fn is_due(&self) -> bool {
@@ -152,10 +157,18 @@ impl<'a> Checkpoints<'a> {
             return Ok(());
         }
         self.best = mean;
+        let score = format!("{} {mean}\n", self.settings.score);
         write_atomic(&self.run.best_checkpoint(), &std::fs::read(newest)?)
-            .and_then(|()| write_atomic(&best_score_path(self.run), format!("{mean}\n").as_bytes()))
+            .and_then(|()| write_atomic(&best_score_path(self.run), score.as_bytes()))
             .with_context(|| format!("cannot keep {}", self.run.best_checkpoint().display()))
     }
+}
+
+/// The best `score` of the sessions before, which wrote `NAME VALUE`, or once the value alone.
+fn best_score(run: &RunFolder, score: &str) -> Option<f64> {
+    let text = std::fs::read_to_string(best_score_path(run)).ok()?;
+    let (name, value) = text.trim().split_once(' ').unwrap_or((score, text.trim()));
+    value.parse().ok().filter(|_| name == score)
 }
 
 fn best_score_path(run: &RunFolder) -> PathBuf {

@@ -222,7 +222,7 @@ mod tests {
     }
 
     fn column(run: &RunFolder) -> Vec<u64> {
-        let table = MetricsTable::open(&run.file("metrics.csv"), u64::MAX).unwrap();
+        let table = MetricsTable::read(&run.file("metrics.csv")).unwrap();
         table.column("score").into_iter().map(|(iteration, _)| iteration).collect()
     }
 
@@ -236,6 +236,27 @@ mod tests {
         assert_eq!(kept, [10, 9, 8]);
         assert_eq!(fs::read_to_string(run.best_checkpoint()).unwrap(), "5");
         assert_eq!(column(&run), (1..=10).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_best_by_another_score_is_not_the_one_to_beat() {
+        for (before, best) in [("other 1000\n", Some("5")), ("score 1000\n", None), ("1000\n", None)] {
+            let run = run();
+            let kept = run.best_checkpoint().with_extension("score");
+            fs::write(&kept, before).unwrap();
+            train(&mut Counter::new(0), &run, &settings(), &[], &Interrupt::default(), None).unwrap();
+            assert_eq!(fs::read_to_string(run.best_checkpoint()).ok().as_deref(), best, "{before}");
+            assert_eq!(fs::read_to_string(kept).unwrap(), if best.is_some() { "score 5\n" } else { before });
+        }
+    }
+
+    #[test]
+    fn a_score_that_is_no_number_of_the_learner_is_refused_with_those_that_are() {
+        let run = run();
+        let wrong = TrainingSettings { score: "scor".into(), ..settings() };
+        let error = train(&mut Counter::new(0), &run, &wrong, &[], &Interrupt::default(), None).unwrap_err();
+        assert!(error.is::<BadInput>());
+        assert_eq!(error.to_string(), "training.score is \"scor\", must be one of score, steps_per_s");
     }
 
     #[test]

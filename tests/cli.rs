@@ -76,6 +76,22 @@ fn a_bench_refuses_what_it_cannot_use_by_name() {
 }
 
 #[test]
+fn a_reproduction_refuses_what_it_cannot_use_before_it_trains() {
+    let folder = tempfile::tempdir().unwrap();
+    let reproduce = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_guidedog"));
+        command.current_dir(&folder).arg("reproduce").args(arguments).output().unwrap()
+    };
+    let wrong = reproduce(&["--from-scratch", "--set", "ppo.gama=0.9"]);
+    let message = String::from_utf8_lossy(&wrong.stderr);
+    assert!(wrong.status.code() == Some(2) && message.contains("ppo.gamma"), "{message}");
+    assert!(!folder.path().join("runs").exists(), "something was begun");
+    // Nothing is trained there that a setting could be for.
+    let idle = ["reproduce", "--everything", "--only", "pictures", "--set", "ppo.gamma=0.9"];
+    refuses(&idle, &["--only", "--set"]);
+}
+
+#[test]
 fn unknown_verbs_and_flags_are_refused_by_name() {
     refuses(&["dance"], &["dance"]);
     refuses(&["inspect", "robot", "--colour"], &["--colour"]);
@@ -241,6 +257,7 @@ fn evaluate_refuses_what_it_cannot_judge_by_name() {
     refuses(&["evaluate", "--suite", "locomotion", "--randomize"], &["--randomize", "--suite locomotion"]);
     refuses(&["evaluate", "--friction=-1"], &["-1", "from 0 to 10"]);
     refuses(&["evaluate", "--friction", "1", "--plan", "pulls.plan"], &["--friction", "--plan"]);
+    refuses(&["evaluate", "--json", "a.json", "--plan", "pulls.plan"], &["--json", "--plan"]);
 }
 
 #[test]

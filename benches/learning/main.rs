@@ -7,6 +7,7 @@ mod peak;
 use std::io::BufRead as _;
 use std::time::Instant;
 
+use evaluation::statistics;
 use guidedog::config::resolve;
 use guidedog::learner::Trainable as _;
 use guidedog::machine::{processor_s, resident_mb};
@@ -137,9 +138,8 @@ fn table(options: &Options) {
 }
 
 fn median(updates: &[Update], of: impl Fn(&Update) -> f64) -> f64 {
-    let mut values: Vec<f64> = updates.iter().map(of).collect();
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    let values: Vec<f64> = updates.iter().map(of).collect();
+    statistics::median(&values).expect("at least one round")
 }
 
 fn follow(options: &Options) {

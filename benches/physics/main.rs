@@ -8,6 +8,7 @@ mod scene;
 use std::time::{Duration, Instant};
 
 use counted::Operations;
+use evaluation::statistics::median;
 use scene::{Herd, SCENES, Scene};
 
 /// What the command line asks for.
@@ -47,9 +48,9 @@ fn main() {
     }
     for scene in SCENES.iter().filter(|scene| options.scene.as_deref().is_none_or(|name| name == scene.name))
     {
-        let mut times = measure(scene, &options);
-        times.sort_by(f64::total_cmp);
-        let (median, fastest) = (times[times.len() / 2], times[0]);
+        let times = measure(scene, &options);
+        let median = median(&times).expect("at least three passes");
+        let fastest = times.iter().copied().fold(f64::INFINITY, f64::min);
         let operations = options.count.then(|| scene::operations(scene));
         report(scene, median, fastest, operations, peak, &options);
     }

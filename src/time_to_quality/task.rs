@@ -11,7 +11,7 @@ use tasks::simulation::DECIMATION;
 
 use crate::config::resolve_text;
 use crate::error::BadInput;
-use crate::learner::{Start, Trainable, Training};
+use crate::learner::{Start, Trainable, Training, refuse_other_settings};
 use crate::policies;
 use crate::run_config::{LocomotionRun, Run, SupervisorRun};
 use crate::run_folder::RunFolder;
@@ -130,6 +130,7 @@ impl Variant {
 }
 
 type Begin = dyn Fn(&RunFolder, &Start) -> Result<Box<dyn Learner>>;
+type Check = dyn Fn(&RunFolder) -> Result<()>;
 type Judge = dyn Fn(&Path) -> Result<Score>;
 type JudgeWalk = fn(&LocomotionPolicy) -> Result<Score, String>;
 
@@ -142,6 +143,8 @@ pub struct Stage {
     /// Needed operations of an environment step: inference, update and simulation.
     pub operations_per_step: f64,
     pub(super) begin: Box<Begin>,
+    /// Refuses a folder that was begun with other settings.
+    pub(super) check: Box<Check>,
     /// Judges a policy file.
     pub(super) judge: Box<Judge>,
 }
@@ -161,11 +164,13 @@ where
         + config.ppo.update_operations(observations, actions)
         + simulation_operations;
     let settings = config.training.clone();
+    let wanted = config.clone();
+    let check = move |run: &RunFolder| refuse_other_settings(run, &wanted);
     let begin = move |run: &RunFolder, start: &Start| -> Result<Box<dyn Learner>> {
         Ok(Box::new(Training::unseen(&config, start).begin(run)?))
     };
-    let (begin, judge) = (Box::new(begin), Box::new(judge));
-    Ok(Stage { name, settings, operations_per_step, begin, judge })
+    let (begin, check, judge) = (Box::new(begin), Box::new(check), Box::new(judge));
+    Ok(Stage { name, settings, operations_per_step, begin, check, judge })
 }
 
 fn walking(name: String, config: LocomotionRun, judge: JudgeWalk) -> Result<Stage> {

@@ -67,8 +67,10 @@ impl<'a> Trial<'a> {
     /// A trial of at least one stage that goes on where its folders say; nothing is built before its first turn.
     ///
     /// # Errors
-    /// A folder cannot be read.
+    /// A folder cannot be read, or was begun with other settings.
     pub fn open(name: &str, place: &'a Place, stages: &'a [Stage], bounds: Bounds) -> Result<Self> {
+        // Here already: a trial that has ended takes no turn in which its learner would refuse them.
+        stages.iter().enumerate().try_for_each(|(index, stage)| (stage.check)(place.stage(index)))?;
         let (index, newest) = place.newest()?;
         let table = open_table(place.run(), before(stages, index) + newest)?;
         let now = points(&table).last().copied().unwrap_or_default();

@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
     /// Write the episodes for another engine to play here, and run nothing
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "report", "figure", "beside"])]
     plan: Option<PathBuf>,
     /// Judge what another engine recorded after such a plan; only --json, --figure, --report and --beside count with it
     #[arg(long, value_name = "FILE", conflicts_with = "plan")]
@@ -95,8 +95,8 @@ Examples:
   guidedog evaluate --plan pulls.plan                      for scripts/reference/play_in_mujoco.py
   guidedog evaluate --recorded pulls.record                what that made of it
 
-Success is judged over [2, 8] s after the pull sets in; falls count over the whole episode. An episode is
-2 s without force and 12 s of pull. Intervals are Wilson's, 95 %.";
+Success is judged over [2, 8] s after the pull has become what the case says; falls count over the whole
+episode. An episode is 2 to 2.5 s without force and at least 12 s of pull. Intervals are Wilson's, 95 %.";
 
 /// The suite that judges the walking by itself.
 const LOCOMOTION: &str = "locomotion";

@@ -169,7 +169,7 @@ fn column(run: &Path, name: &str) -> Result<Vec<(u64, f64)>> {
     if !file.is_file() {
         return Err(BadInput::new(format!("{}: is no run, it has no metrics.csv", run.display())).into());
     }
-    let table = MetricsTable::open(&file, u64::MAX).or_bad_input(|| file.display().to_string())?;
+    let table = MetricsTable::read(&file).or_bad_input(|| file.display().to_string())?;
     let points = table.column(name);
     if points.is_empty() {
         return Err(BadInput::new(format!("{}: has no column {name}", file.display())).into());

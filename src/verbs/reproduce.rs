@@ -7,6 +7,7 @@ use std::time::Instant;
 use anyhow::{Context as _, Result};
 use clap::Args;
 use guidedog::config::resolve_text;
+use guidedog::error::BadInput;
 use guidedog::evaluation::judge::{Arena, Setting};
 use guidedog::evaluation::report::{self, Curve, ReportData, TrainingCurves};
 use guidedog::evaluation::results::{Behavior, Results};
@@ -39,12 +40,12 @@ pub(crate) struct Arguments {
     #[arg(long)]
     everything: bool,
     /// Of everything only this, and no training before it
-    #[arg(long, value_name = "SECTION", requires = "everything", conflicts_with = "from_scratch")]
+    #[arg(long, value_name = "SECTION", requires = "everything", conflicts_with_all = ["from_scratch", "set"])]
     only: Option<Section>,
     /// One setting of the supervisor's training, e.g. training.iterations=50
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Seed of everything that is trained, and of the judgment
+    /// Seed of the training before everything, and of all judgments
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Episodes of every case
@@ -57,7 +58,8 @@ Examples:
   guidedog reproduce                    a quarter of an hour on two cores
   guidedog reproduce --from-scratch     begins with a robot that cannot walk
   guidedog reproduce --seed 2 --name second
-  guidedog reproduce --everything       all numbers and pictures of docs/results.md: hours
+  guidedog reproduce --everything       all numbers and pictures of docs/results.md: hours; its tables of 1000
+                                        episodes want --episodes 1000
   guidedog reproduce --everything --only mujoco
 
 Stop it with Ctrl-C and start it again with the same words: it goes on where it was. It leaves
@@ -75,15 +77,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let seed = format!("training.seed={}", arguments.seed);
     let mut settings = [std::slice::from_ref(&seed), &arguments.set[..]].concat();
     if arguments.from_scratch {
+        let over_walk = std::iter::once("task.terrain=\"flat\"").chain(SHORT_SUPERVISOR_TRAINING);
+        settings.splice(0..0, over_walk.map(str::to_owned));
+    }
+    // Before the walk is trained, so that a mistake is found now and not after it.
+    let mut config = supervisor(&settings)?;
+    if arguments.from_scratch {
         let run = format!("{name}-locomotion");
         let walk = stages::learn_all(root, &run, stages::FLAT, &[seed], &interrupt)?;
         let Some(walk) = walk else { return Ok(stopped()) };
-        let over_it =
-            [format!("task.locomotion={:?}", policies::name(&walk)?), "task.terrain=\"flat\"".into()];
-        settings.splice(0..0, over_it.into_iter().chain(SHORT_SUPERVISOR_TRAINING.map(str::to_owned)));
+        settings.insert(0, format!("task.locomotion={:?}", policies::name(&walk)?));
+        config = supervisor(&settings)?;
     }
-    let config: SupervisorRun = resolve_text("defaults", "", &settings)?;
-    config.validate()?;
     let run = RunFolder::open(root, name)?;
     eprintln!("training the supervisor, in {}", run.path().display());
     if Training::unseen(&config, &Start::Resume).learn(&run, &interrupt)? == Outcome::Interrupted {
@@ -101,9 +106,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.everything { everything(arguments, run.path(), &interrupt) } else { Ok(ExitCode::SUCCESS) }
 }
 
+fn supervisor(settings: &[String]) -> Result<SupervisorRun, BadInput> {
+    let config: SupervisorRun = resolve_text("defaults", "", settings)?;
+    config.validate()?;
+    Ok(config)
+}
+
 /// All that is known of the shipped policies, in the folder of a run.
 fn everything(arguments: &Arguments, run: &Path, interrupt: &Interrupt) -> Result<ExitCode> {
-    let done = everything::make(run, arguments.only, arguments.episodes as usize, 1, interrupt)?;
+    let done = everything::make(run, arguments.only, arguments.episodes as usize, arguments.seed, interrupt)?;
     Ok(if done { ExitCode::SUCCESS } else { stopped() })
 }
 
@@ -156,7 +167,7 @@ fn judge_all(
 }
 
 fn training_curves(run: &RunFolder) -> Result<Option<TrainingCurves>> {
-    let metrics = MetricsTable::open(&run.file("metrics.csv"), u64::MAX).context("metrics.csv")?;
+    let metrics = MetricsTable::read(&run.file("metrics.csv")).context("metrics.csv")?;
     let curve = |name: &str| Curve {
         name: name.to_owned(),
         points: metrics.column(&format!("behavior_reward/{name}")),

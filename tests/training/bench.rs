@@ -16,6 +16,10 @@ fn a_bench_reaches_what_is_easy_reports_what_is_not_and_goes_on_after_a_kill() {
     let easy = bench("easy", &["--seeds", "2", "--target", "0.01", "--interval", "0.2", "--limit", "1"]);
     let printed = String::from_utf8_lossy(&easy.stdout).into_owned();
     assert!(easy.status.success() && printed.contains("2 of 2"), "{printed}\n{}", message(&easy));
+    // What has ended is not taken for what other settings would find.
+    let other = bench("easy", &["--seeds", "2", "--target", "0.01", "--set", "ppo.epochs=2"]);
+    assert_eq!(other.status.code(), Some(2), "{}", message(&other));
+    assert!(message(&other).contains("it was begun with ppo.epochs = "), "{}", message(&other));
     let hard = ["--seeds", "1", "--target", "2", "--interval", "0.2", "--limit", "0.02", "--variant", "a"];
     let hard = [&hard[..], &["--variant", "b=ppo.epochs=2", "--json", "found.json"]].concat();
     // Killed on its way, it goes on: the time before is not forgotten.

@@ -19,6 +19,19 @@ fn a_resumed_run_ends_with_the_bits_of_one_never_stopped() {
     assert_eq!(rows.lines().count(), 7);
 }
 
+#[test]
+fn a_run_that_begins_with_a_policy_does_so_too_if_it_is_killed_before_its_first_checkpoint() {
+    let folder = Folder::new();
+    assert!(folder.train(1, &[]).status.success());
+    fs::rename(folder.file(""), folder.0.path().join("policy")).unwrap();
+    assert!(folder.train(1, &["--init-from", "policy/policy.onnx"]).status.success());
+    let (path, _) = newest(&folder);
+    let expected = Checkpoint::load(&path).unwrap();
+    fs::remove_file(&path).unwrap();
+    assert!(folder.train(1, &["--resume"]).status.success());
+    assert!(Checkpoint::load(&path).unwrap() == expected, "other bits");
+}
+
 fn rows(folder: &Folder) -> usize {
     fs::read_to_string(folder.file("metrics.csv")).map_or(0, |text| text.lines().count())
 }

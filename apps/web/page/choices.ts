@@ -95,7 +95,9 @@ export class Choices {
   }
 
   private disable(): void {
-    this.controls.get("beside")!.disabled = this.settings.robots > 1;
+    // A herd's robots are drawn, all but the friction.
+    for (const key of ["beside", "added_mass_kg", "bar_length_m", "hand_mass_kg"])
+      this.controls.get(key)!.disabled = this.settings.robots > 1;
     this.controls.get("level")!.disabled = this.settings.ground === "flat";
   }
 }

@@ -20,7 +20,7 @@ export class Plane {
   private readonly high: Vector;
 
   /** The pull forward is up, the pull to the left is on the left. `pull` is told what a visitor sets. */
-  constructor(host: HTMLElement, description: Description, pull: (x: number, y: number, done: boolean) => void) {
+  constructor(host: HTMLElement, description: Description, pull: (x: number, y: number) => void) {
     const { force_low_n: low, force_high_n: high, thresholds_n: [tx, ty] } = description;
     [this.low, this.high] = [low, high];
     const [width, height] = [high[1] - low[1], high[0] - low[0]];
@@ -43,20 +43,20 @@ export class Plane {
     host.tabIndex = 0;
     host.setAttribute("role", "group");
     host.setAttribute("aria-label", "Force plane. Arrow keys pull the handle; the sliders beside do the same.");
-    const set = (event: PointerEvent, done: boolean) => {
+    const set = (event: PointerEvent) => {
       const rect = this.svg.getBoundingClientRect();
       const x = high[0] - ((event.clientY - rect.top) / rect.height) * height;
       const y = high[1] - ((event.clientX - rect.left) / rect.width) * width;
-      pull(Math.round(x), Math.round(y), done);
+      pull(Math.round(x), Math.round(y));
     };
     host.addEventListener("pointerdown", (event) => {
       host.setPointerCapture(event.pointerId);
-      set(event, false);
+      set(event);
     });
     host.addEventListener("pointermove", (event) => {
-      if (host.hasPointerCapture(event.pointerId)) set(event, false);
+      if (host.hasPointerCapture(event.pointerId)) set(event);
     });
-    host.addEventListener("pointerup", (event) => set(event, true));
+    host.addEventListener("pointerup", set);
   }
 
   show([x, y]: Vector): void {

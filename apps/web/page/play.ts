@@ -1,7 +1,7 @@
 // Playing: worker, scene and controls put together.
 
 import { Choices, fromLink, linkTo } from "./choices.ts";
-import type { Description, FromWorker, Settings, ToWorker, Vector } from "./contract.ts";
+import type { Description, FromWorker, Network, Settings, ToWorker, Vector } from "./contract.ts";
 import { find, make } from "./dom.ts";
 import { Frame } from "./frame.ts";
 import { bindGrab } from "./grab.ts";
@@ -44,6 +44,7 @@ class Page {
   private groundAt: [number, number] | null = null;
   /** The settings that run. */
   private accepted: Settings;
+  private readonly networks: Record<Network, string> = { locomotion: "the shipped one", supervisor: "the shipped one" };
 
   constructor(
     private readonly description: Description,
@@ -82,7 +83,9 @@ class Page {
       case "configured":
         return this.configured(message.settings, message.anew);
       case "loaded":
-        find("networks").textContent = `${message.network}: ${message.name}`;
+        this.networks[message.network] = message.name;
+        find("networks").textContent = `locomotion: ${this.networks.locomotion}; supervisor: ${this.networks.supervisor}`;
+        this.beginAnew();
         return notice(`${message.name} is now the ${message.network} network; the dog begins again.`, true);
       case "refused":
         notice(`${message.what} cannot be used: ${message.reason}`);
@@ -96,8 +99,12 @@ class Page {
     this.choices.show(settings);
     this.telling.configure(settings.minds);
     notice("");
-    if (!anew) return;
-    this.stage.configure(settings);
+    if (anew) this.beginAnew();
+  }
+
+  /** The module has other dogs now, at the start, and no hand on the bar. */
+  private beginAnew(): void {
+    this.stage.configure(this.accepted);
     this.pull.release("reset");
     this.before = this.now = null;
     this.groundAt = null;

@@ -20,10 +20,6 @@ export class Recorder {
 
   constructor(private readonly behaviors: readonly string[]) {}
 
-  get length(): number {
-    return this.rows.length;
-  }
-
   start(): void {
     this.rows = [];
     this.recording = true;

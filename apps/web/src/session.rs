@@ -15,7 +15,7 @@ use crate::{
     settings::{Mind, Settings},
 };
 
-/// Weakest and strongest pull along each axis \[N\]; what is beyond is limited. Source: the plane of evaluation, `design`.
+/// Weakest and strongest pull along each axis \[N\]; what is beyond is limited. Ours: along x and y the plane of `guidedog evaluate --suite plane`.
 pub const FORCE_LOW: [f32; 3] = [-120.0, -60.0, -40.0];
 /// See [`FORCE_LOW`].
 pub const FORCE_HIGH: [f32; 3] = [60.0, 60.0, 40.0];

@@ -51,15 +51,15 @@ pub struct Settings {
     pub seed: u64,
     /// Who supervises: one lane for each, one or two.
     pub minds: Vec<Mind>,
-    /// Robots in the first lane: 1, or a herd of up to [`MAX_HERD`], each drawn anew as in training.
+    /// Robots in the first lane: 1, or a herd of up to [`MAX_HERD`], each drawn anew as in training but for the friction.
     pub robots: usize,
-    /// Mass added to the base \[kg\].
+    /// Mass added to the base \[kg\]; not used in a herd.
     pub added_mass_kg: f32,
     /// Coulomb friction of all contacts.
     pub friction: f32,
-    /// Length of the harness bar \[m\].
+    /// Length of the harness bar \[m\]; not used in a herd.
     pub bar_length_m: f32,
-    /// Mass of the hand \[kg\].
+    /// Mass of the hand \[kg\]; not used in a herd.
     pub hand_mass_kg: f32,
     /// Error of the observed force along each axis, uniform, ± \[N\].
     pub force_noise_n: f32,
@@ -121,7 +121,7 @@ impl Settings {
         TerrainGrid::uniform(kind, self.level, self.seed, TILES)
     }
 
-    /// Where the robots of these settings come from: one is as chosen, a herd is drawn around that.
+    /// Where the robots of these settings come from: one is as chosen, a herd is drawn as in training but has the friction chosen.
     pub fn randomization(&self) -> Randomization {
         let chosen = Randomization {
             base_mass_kg: [self.added_mass_kg; 2],

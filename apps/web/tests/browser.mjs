@@ -4,104 +4,11 @@
 // GUIDEDOG is the program, for the trainings that are watched; ONLY runs the tests whose names contain it.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { mkdtemp, readFile, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join, resolve } from "node:path";
-import { chromium } from "playwright-core";
-
-const [address, folder] = process.argv.slice(2);
-const browser = await chromium.launch({
-  executablePath: process.env["CHROMIUM"] ?? "/usr/bin/chromium",
-  args: [
-    "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic",
-  ],
-});
-const complaints = [];
-
-/** A page whose complaints are kept. */
-async function visit(url, viewport = { width: 980, height: 700 }) {
-  const host = new URL(url).host;
-  const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: folder ? "no-preference" : "reduce" });
-  const page = await context.newPage();
-  page.on("console", (message) => {
-    if (message.type() === "error") complaints.push(`console: ${message.text()}`);
-  });
-  page.on("pageerror", (error) => complaints.push(`page: ${error.message}`));
-  page.on("request", (request) => {
-    const url = new URL(request.url());
-    if (!["data:", "blob:"].includes(url.protocol) && url.host !== host) complaints.push(`left the host: ${url}`);
-  });
-  page.on("websocket", (socket) => {
-    if (new URL(socket.url()).host !== host) complaints.push(`left the host: ${socket.url()}`);
-  });
-  await page.goto(url);
-  return page;
-}
-
-/** The page, loaded and running. */
-async function open(query = "", viewport) {
-  const page = await visit(address + query, viewport);
-  await page.waitForSelector("#loading", { state: "hidden", timeout: 60_000 });
-  await page.waitForFunction(() => document.querySelector("#clock").textContent !== "");
-  return page;
-}
-
-const folders = [];
-
-/** A training in a folder of its own: its address if it is watched, and how to wait for the policy it ends with. */
-async function train(settings, more = []) {
-  const cwd = await mkdtemp(join(tmpdir(), "guidedog-watched-"));
-  folders.push(cwd);
-  const sets = settings.flatMap((setting) => ["--set", setting]);
-  const child = spawn(process.env["GUIDEDOG"], ["train", "locomotion", "--name", "walk", ...sets, ...more], { cwd, stdio: ["ignore", "pipe", "pipe"] });
-  let complaint = "";
-  child.stderr.on("data", (text) => (complaint = String(text).trim() || complaint));
-  const over = new Promise((done) => child.on("exit", done));
-  over.then((code) => {
-    if (!code) return;
-    // Its pages would wait for a picture that never comes.
-    complaints.push(`the training ended with ${code}: ${complaint}`);
-    for (const context of browser.contexts()) void context.close();
-  });
-  const watched = more.includes("--watch");
-  const url = watched ? await new Promise((found) => child.stdout.once("data", (text) => found(String(text).trim()))) : "";
-  const policy = async () => {
-    assert.equal(await over, 0);
-    return readFile(join(cwd, "runs/walk/policy.onnx"));
-  };
-  return { url, policy, end: () => child.kill("SIGTERM") && over };
-}
-
-const time = async (page) => Number.parseFloat(await page.textContent("#clock"));
-const told = (page) => page.textContent("#live");
-const figure = async (page, row, column) =>
-  Number(await page.locator(`#speeds tbody tr:nth-child(${row}) td:nth-of-type(${column})`).textContent());
-
-/** Waits for simulated, not for wall time. */
-async function simulate(page, seconds) {
-  const until = (await time(page)) + seconds;
-  await page.waitForFunction((t) => Number.parseFloat(document.querySelector("#clock").textContent) >= t, until, { timeout: 120_000 });
-}
-
-/** Waits until the live region says `words`; the simulated time it took. */
-async function untilTold(page, words, most) {
-  const begun = await time(page);
-  await page.waitForFunction((w) => document.querySelector("#live").textContent.includes(w), words, { timeout: 60_000 });
-  const took = (await time(page)) - begun;
-  assert.ok(took <= most, `"${words}" after ${took.toFixed(1)} s of simulated time, at most ${most} allowed`);
-  return took;
-}
-
-/** Downloads what was recorded: rows by column name. */
-async function recorded(page) {
-  const [file] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
-  let text = "";
-  for await (const chunk of await file.createReadStream()) text += chunk;
-  const [head, ...lines] = text.trim().split("\n").map((line) => line.split(","));
-  return lines.map((line) => Object.fromEntries(head.map((name, i) => [name, line[i]])));
-}
+import { rm } from "node:fs/promises";
+import { resolve } from "node:path";
+import {
+  browser, complaints, figure, folder, folders, open, recorded, simulate, time, told, train, untilTold, visit,
+} from "./visitor.mjs";
 
 const tests = {
   async "loads, walks, and keeps real time"() {
@@ -240,7 +147,8 @@ const tests = {
     await page.waitForSelector("#notice:not([hidden])");
     assert.match(await page.textContent("#notice"), /cat\.onnx cannot be used: not a whole ONNX file/);
     await untilTold(page, "walks", 5);
-    // The shipped supervisor, dropped, is taken.
+    // The shipped supervisor, dropped, is taken; the dog begins again, and nobody pulls it.
+    await page.click('[data-preset="-60/0"]');
     const bytes = await page.evaluate(async () => [...new Uint8Array(await (await fetch("policies/supervisor.onnx")).arrayBuffer())]);
     await page.evaluate((data) => {
       const transfer = new DataTransfer();
@@ -248,6 +156,8 @@ const tests = {
       document.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
     }, bytes);
     await page.waitForFunction(() => document.querySelector("#networks").textContent.includes("supervisor: mine.onnx"));
+    assert.match(await page.textContent("#networks"), /locomotion: the shipped one/);
+    assert.equal(await page.inputValue("#fx"), "0");
   },
 
   async "a link restores the choices, a wrong one is explained"() {
@@ -276,6 +186,7 @@ const tests = {
 
   async "a herd of 64 on rough ground"() {
     const page = await open("?robots=64&ground=rough");
+    await page.waitForSelector("#choice-added_mass_kg:disabled");
     await page.waitForFunction(() => document.querySelector("#live").textContent.includes("of 64 dogs"), null, { timeout: 60_000 });
     console.log(`  ${await page.textContent("#clock")}`);
   },

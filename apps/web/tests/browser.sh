@@ -17,7 +17,7 @@ if [ ! -d "$tools/node_modules/playwright-core" ] &&
     echo "skipped: npm could not install playwright-core"
     exit 0
 fi
-cp apps/web/tests/browser.mjs "$tools/"
+cp apps/web/tests/*.mjs "$tools/"
 
 cargo build --release --locked --quiet --bin guidedog
 GUIDEDOG="$(realpath "${CARGO_TARGET_DIR:-target}")/release/guidedog"
