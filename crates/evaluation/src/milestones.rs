@@ -139,7 +139,7 @@ fn walk(course: &Course, mut squad: Squad) -> Vec<(bool, Way)> {
         for (robot, (fell, way)) in ends.iter_mut().enumerate() {
             *fell |= squad.has_fallen(robot);
             if !*fell {
-                way.walk(commands[robot], &squad.motion(robot));
+                way.walk(config.meant(commands[robot]), &squad.motion(robot));
             }
         }
     }

@@ -264,4 +264,27 @@ mod tests {
         };
         falls::a_robot_that_tips_over_ends_and_pays(make, |env| &mut env.groups[0].group);
     }
+
+    /// Commands to stand are small numbers, not zeros; nobody who obeys them has a way to make good.
+    #[test]
+    fn robots_told_to_stand_that_stand_keep_their_level() {
+        let mut config = LocomotionConfig { episode_s: 1.0, ..LocomotionConfig::default() };
+        (config.command.standing_share, config.command.spinning_share, config.command.guiding_share) =
+            (1.0, 0.0, 0.0);
+        let mut env = LocomotionEnv::new(config, 64, 3).unwrap();
+        let levels = |env: &LocomotionEnv| -> Vec<usize> {
+            env.groups.iter().flat_map(|group| group.robots.iter().map(|robot| robot.level)).collect()
+        };
+        let mut buffers = StepBuffers::new(64, OBSERVATION);
+        env.reset(&mut buffers.observations);
+        let before = levels(&env);
+        let mut ended = [false; 64];
+        for _ in 0..60 {
+            env.step(&[0.0; 64 * 12], &mut buffers);
+            let over = buffers.truncated.iter().zip(&buffers.terminated).map(|(a, b)| a | b);
+            ended.iter_mut().zip(over).for_each(|(ended, over)| *ended |= over);
+        }
+        assert!(ended.iter().all(|ended| *ended) && before.iter().any(|level| *level > 0), "{before:?}");
+        assert_eq!(levels(&env), before);
+    }
 }

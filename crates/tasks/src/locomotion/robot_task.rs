@@ -55,7 +55,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// Adds a control step under the command v_x, v_y \[m/s\], ω_z.
+    /// Adds a control step under what the command means: v_x, v_y \[m/s\], ω_z.
     pub fn walk(&mut self, [x, y, _]: [f32; 3], motion: &BaseMotion) {
         let speed = x.hypot(y);
         if speed > 0.0 {

@@ -155,7 +155,8 @@ impl TaskGroup {
     fn reward(&mut self, shared: &Shared<'_>, lane: usize, action: &[f32; 12], fell: bool) -> f32 {
         let motion = self.group.base_motion(lane);
         let robot = &mut self.robots[lane];
-        robot.way.walk(robot.command, &motion);
+        let command = shared.config.command.meant(robot.command);
+        robot.way.walk(command, &motion);
         let Group { block, contacts, previous_joint_velocity } = &self.group;
         let number = |lanes: &spatial::f32x16| lanes.as_array()[lane];
         let position: [f32; 12] = std::array::from_fn(|j| number(&block.state.joint_position[j]));
@@ -163,7 +164,6 @@ impl TaskGroup {
         let acceleration = std::array::from_fn(|j| {
             (number(&block.state.joint_velocity[j]) - number(&previous_joint_velocity[j])) / CONTROL_PERIOD_S
         });
-        let command = shared.config.command.meant(robot.command);
         let ([v_x, v_y, _], [x, y, _]) = (motion.linear_velocity, motion.position);
         let velocity = [v_x, v_y, motion.angular_velocity[2]];
         let mean_error = robot.mean_error.update(std::array::from_fn(|i| velocity[i] - command[i]));
