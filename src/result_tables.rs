@@ -4,6 +4,7 @@ use evaluation::measures::reading::Confusion;
 use evaluation::results::{
     Behavior, BehaviorReward, CaseResult, Group, MissedRow, MissedTable, PlaneResult, Results,
 };
+use evaluation::statistics::median;
 
 /// All tables of some results.
 pub fn table(results: &Results) -> String {
@@ -84,17 +85,17 @@ fn ending(name: &str) -> String {
 
 /// The median of some values (of an even count the mean of the middle two) and, where they differ, the least and the greatest:
 /// `0.80 (0.75 to 0.90)`. What is missing is called "not", and counts as greater than any number.
-pub fn spread(mut values: Vec<Option<f64>>, decimals: usize) -> String {
-    values.sort_by(|a, b| a.unwrap_or(f64::INFINITY).total_cmp(&b.unwrap_or(f64::INFINITY)));
-    let show = |value: Option<f64>| value.map_or_else(|| "not".into(), |value| format!("{value:.decimals$}"));
+pub fn spread(values: Vec<Option<f64>>, decimals: usize) -> String {
+    let mut values: Vec<f64> = values.into_iter().map(|value| value.unwrap_or(f64::INFINITY)).collect();
+    values.sort_by(f64::total_cmp);
+    let show = |value: f64| if value.is_finite() { format!("{value:.decimals$}") } else { "not".into() };
     match values.as_slice() {
         [] => String::new(),
         [first, .., last] if show(*first) == show(*last) => show(*first),
         [only] => show(*only),
         [first, .., last] => {
-            let [lower, upper] = [values.len() - 1, values.len()].map(|twice| values[twice / 2]);
-            let median = lower.zip(upper).map(|(lower, upper)| 0.5 * (lower + upper));
-            format!("{} ({} to {})", show(median), show(*first), show(*last))
+            let middle = median(&values).map_or_else(String::new, show);
+            format!("{middle} ({} to {})", show(*first), show(*last))
         }
     }
 }

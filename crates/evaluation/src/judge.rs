@@ -207,8 +207,14 @@ impl Arena {
         let played: Vec<Episode<'_>> = (0..robots).map(|robot| self.played(cases, first + robot)).collect();
         let mut guided = self.guided(supervisor, squad);
         let lengths: Vec<usize> = played.iter().map(Episode::steps).collect();
-        let mut recordings: Vec<Recording> =
-            played.iter().map(|episode| Recording { onset: episode.onset, ..Recording::default() }).collect();
+        let mut recordings: Vec<Recording> = played
+            .iter()
+            .map(|episode| Recording {
+                samples: Vec::with_capacity(episode.steps()),
+                onset: episode.onset,
+                fell_at: None,
+            })
+            .collect();
         for step in 0..lengths.iter().copied().max().unwrap_or(0) {
             for (robot, played) in played.iter().enumerate() {
                 guided.pull(robot, played.force(step));
