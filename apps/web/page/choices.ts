@@ -112,7 +112,12 @@ export function linkTo(settings: Settings, defaults: Settings): string {
   return `${location.origin}${location.pathname}${text ? `?${text}` : ""}`;
 }
 
-/** The settings an address asks for; whether they can be is for the module to say. */
+/** Why settings cannot be chosen here, or nothing; whether their numbers can be is for the module to say. */
+export function refusal({ robots }: Settings): string {
+  return HERDS.includes(robots) ? "" : `robots is ${robots}, must be one of ${HERDS.join(", ")}`;
+}
+
+/** The settings an address asks for, whether they can be or not. */
 export function fromLink(search: string, defaults: Settings): Settings {
   const settings: Record<string, unknown> = structuredClone(defaults) as unknown as Record<string, unknown>;
   for (const [key, value] of new URLSearchParams(search)) {

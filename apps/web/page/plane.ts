@@ -50,13 +50,14 @@ export class Plane {
       pull(Math.round(x), Math.round(y));
     };
     host.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
       host.setPointerCapture(event.pointerId);
       set(event);
     });
-    host.addEventListener("pointermove", (event) => {
-      if (host.hasPointerCapture(event.pointerId)) set(event);
-    });
-    host.addEventListener("pointerup", set);
+    for (const kind of ["pointermove", "pointerup"] as const)
+      host.addEventListener(kind, (event) => {
+        if (host.hasPointerCapture(event.pointerId)) set(event);
+      });
   }
 
   show([x, y]: Vector): void {

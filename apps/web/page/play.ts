@@ -1,6 +1,6 @@
 // Playing: worker, scene and controls put together.
 
-import { Choices, fromLink, linkTo } from "./choices.ts";
+import { Choices, fromLink, linkTo, refusal } from "./choices.ts";
 import type { Description, FromWorker, Network, Settings, ToWorker, Vector } from "./contract.ts";
 import { find, make } from "./dom.ts";
 import { Frame } from "./frame.ts";
@@ -9,13 +9,19 @@ import { Plane } from "./plane.ts";
 import { Gamepad, Pull, bindKeys, inWords } from "./pull.ts";
 import { Recorder, download } from "./recorder.ts";
 import type { View } from "./rig.ts";
-import { Stage } from "./scene.ts";
+import { type Stage, stageIn } from "./scene.ts";
 import { Telling } from "./telling.ts";
 import { Voice } from "./voice.ts";
 
 /** The ground is drawn anew when the dog is this far from the middle of what is drawn [m]. */
 const NEW_GROUND_M = 4;
 const TUG_S = 0.4;
+/** What a visitor did is said when nothing was done after it for this long [ms]. */
+const SAY_MS = 500;
+/** Sliders tell their own values, a new beginning is told as such. */
+const TOLD_ELSEWHERE = ["fx", "fy", "fz", "reset"];
+/** The largest file that is read [MB]: the shipped networks have less than one. */
+const MOST_MB = 64;
 
 function notice(text: string, good = false): void {
   const element = find("notice");
@@ -25,7 +31,8 @@ function notice(text: string, good = false): void {
 }
 
 class Page {
-  private readonly stage: Stage;
+  /** None where the browser cannot draw. */
+  private readonly stage: Stage | null;
   private readonly pull: Pull;
   private readonly plane: Plane;
   private readonly telling: Telling;
@@ -41,6 +48,7 @@ class Page {
   private pace = 1;
   private readonly clock = find("clock");
   private paused = false;
+  private saying = 0;
   private groundAt: [number, number] | null = null;
   /** The settings that run. */
   private accepted: Settings;
@@ -51,7 +59,7 @@ class Page {
     private readonly send: (message: ToWorker, transfer?: Transferable[]) => void,
   ) {
     this.accepted = structuredClone(description.defaults);
-    this.stage = new Stage(find("picture"), description);
+    this.stage = stageIn(find("picture"), description);
     this.pull = new Pull(description);
     this.gamepad = new Gamepad(this.pull, description);
     this.recorder = new Recorder(description.behaviors);
@@ -59,14 +67,20 @@ class Page {
     const keeps = () => find<HTMLInputElement>("hold").checked;
     this.plane = new Plane(find("plane"), description, (x, y) => this.pull.set([x, y, this.pull.force[2]], "plane"));
     this.choices = new Choices(description, (settings) => this.send({ kind: "configure", settings }));
-    bindGrab(this.stage, this.pull, (lane) => this.now?.yaw(lane) ?? 0, keeps);
-    this.pull.listen((force) => this.send({ kind: "pull", force }));
+    if (this.stage) bindGrab(this.stage, this.pull, (lane) => this.now?.yaw(lane) ?? 0, keeps);
+    this.pull.listen((force, source) => {
+      this.send({ kind: "pull", force });
+      if (TOLD_ELSEWHERE.includes(source)) clearTimeout(this.saying);
+      else this.sayLater(() => inWords(force));
+    });
     this.bindHandle();
     this.bindTime();
     this.bindTools();
     this.bindFiles();
     const wanted = fromLink(location.search, description.defaults);
-    if (location.search) this.send({ kind: "configure", settings: wanted });
+    const refused = refusal(wanted);
+    if (refused) notice(`settings cannot be used: ${refused}`);
+    else if (location.search) this.send({ kind: "configure", settings: wanted });
     this.send({ kind: "ground", x: 0, y: 0 });
     this.run();
     requestAnimationFrame((time) => this.draw(time));
@@ -78,7 +92,7 @@ class Page {
       case "frames":
         return this.take(Frame.all(this.description.frame, message.frames, message.count), message.pace);
       case "ground":
-        this.stage.ground.set(message.triangles);
+        this.stage?.ground.set(message.triangles);
         return;
       case "configured":
         return this.configured(message.settings, message.anew);
@@ -99,12 +113,14 @@ class Page {
     this.choices.show(settings);
     this.telling.configure(settings.minds);
     notice("");
-    if (anew) this.beginAnew();
+    if (!anew) return;
+    if (this.now) this.telling.say("begun anew");
+    this.beginAnew();
   }
 
   /** The module has other dogs now, at the start, and no hand on the bar. */
   private beginAnew(): void {
-    this.stage.configure(this.accepted);
+    this.stage?.configure(this.accepted);
     this.pull.release("reset");
     this.before = this.now = null;
     this.groundAt = null;
@@ -116,12 +132,13 @@ class Page {
       if (frame.time !== this.now?.time) this.recorder.take(frame);
       this.before = this.now ?? frame;
       this.now = frame;
-      this.telling.update(frame);
+      this.telling.update(frame, this.paused);
     }
     this.arrived = performance.now();
     const frame = this.now!;
-    const told = this.paused ? "paused" : `${this.pace.toFixed(2)} × real time`;
-    this.clock.textContent = `${frame.time.toFixed(2)} s, ${told}, ${this.pictures.rate.toFixed(0)} pictures/s`;
+    const drawn = this.stage ? `, ${this.pictures.rate.toFixed(0)} pictures/s` : "";
+    const told = this.paused ? "paused" : `${this.pace.toFixed(2)} × real time${drawn}`;
+    this.clock.textContent = `${frame.time.toFixed(2)} s, ${told}`;
     // A jump is a new beginning: nothing is drawn in between.
     const [a, b] = [this.before!.vector(0, "position"), frame.vector(0, "position")];
     if (this.before!.robots !== frame.robots || Math.hypot(a[0] - b[0], a[1] - b[1]) > 0.5) this.before = frame;
@@ -141,7 +158,7 @@ class Page {
     const share = this.paused ? 1 : Math.min((performance.now() - this.arrived) / period, 1);
     this.plane.show(this.now.force);
     const options = { traces: find<HTMLInputElement>("traces").checked, still: this.paused };
-    this.stage.draw(this.before, this.now, share, seconds, options);
+    this.stage?.draw(this.before, this.now, share, seconds, options);
     this.pictures.count += 1;
     const span = (time - this.pictures.since) / 1000;
     if (span > 2) this.pictures = { count: 0, since: time, rate: this.pictures.count / span };
@@ -155,36 +172,46 @@ class Page {
     this.send({ kind: "run", speed: this.paused ? 0 : this.speed });
     const button = find("pause");
     button.textContent = this.paused ? "Go on" : "Pause";
-    button.setAttribute("aria-pressed", String(this.paused));
+    button.classList.toggle("on", this.paused);
+  }
+
+  private sayLater(words: () => string): void {
+    clearTimeout(this.saying);
+    this.saying = setTimeout(() => this.telling.say(words()), SAY_MS);
   }
 
   private togglePause(): void {
     this.paused = !this.paused;
     this.run();
+    this.telling.say(this.paused ? "paused" : "goes on");
   }
 
   private oneStep(): void {
     if (!this.paused) this.togglePause();
     this.send({ kind: "step" });
+    this.sayLater(() => `stepped to ${this.now?.time.toFixed(2)} s`);
   }
 
   private begin(): void {
     this.pull.release("reset");
-    this.stage.clearTraces();
+    this.stage?.clearTraces();
     this.send({ kind: "reset" });
+    this.telling.say("begun anew");
   }
 
   private bindHandle(): void {
     const axes = ["fx", "fy", "fz"].map((id, axis) => {
       const slider = find<HTMLInputElement>(id);
-      slider.min = String(this.description.force_low_n[axis]);
-      slider.max = String(this.description.force_high_n[axis]);
+      // A pull to the left is positive, but the thumb belongs on the right for a pull to the right.
+      const sign = id === "fy" ? -1 : 1;
+      const ends = [sign * this.description.force_low_n[axis]!, sign * this.description.force_high_n[axis]!];
+      [slider.min, slider.max] = [String(Math.min(...ends)), String(Math.max(...ends))];
       slider.addEventListener("input", () => {
         const force = [...this.pull.force] as Vector;
-        force[axis] = Number(slider.value);
+        force[axis] = sign * Number(slider.value);
         this.pull.set(force, id);
       });
-      return { slider, out: find<HTMLOutputElement>(`${id}-out`) };
+      return { slider, sign, out: find<HTMLOutputElement>(`${id}-out`) };
     });
     const presets = find("presets");
     const buttons = this.description.presets.map(([x, y]) => {
@@ -198,9 +225,9 @@ class Page {
       return { button, x, y };
     });
     const show = ([fx, fy, fz]: Vector) => {
-      axes.forEach(({ slider, out }, axis) => {
+      axes.forEach(({ slider, sign, out }, axis) => {
         const value = [fx, fy, fz][axis]!;
-        slider.value = String(value);
+        slider.value = String(sign * value);
         const words: Vector = [0, 0, 0];
         words[axis] = value;
         slider.setAttribute("aria-valuetext", inWords(words));
@@ -235,7 +262,7 @@ class Page {
     record.addEventListener("click", () => {
       if (this.recorder.recording) this.recorder.recording = false;
       else this.recorder.start();
-      record.setAttribute("aria-pressed", String(this.recorder.recording));
+      record.classList.toggle("on", this.recorder.recording);
       record.textContent = this.recorder.recording ? "Stop recording" : "Record";
       find<HTMLButtonElement>("download").disabled = this.recorder.recording;
     });
@@ -254,10 +281,7 @@ class Page {
         this.voice[name] = (event.target as HTMLInputElement).checked;
       });
     }
-    find("views").addEventListener("change", (event) => {
-      this.stage.view = (event.target as HTMLInputElement).value as View;
-      Object.assign(this.stage.orbit, { around: 0, up: 0 });
-    });
+    find("views").addEventListener("change", (event) => this.stage?.look((event.target as HTMLInputElement).value as View));
   }
 
   /** Files dropped on the page or opened: the width of the input tells which network it is. */
@@ -286,8 +310,14 @@ class Page {
   }
 
   private async load(file: File): Promise<void> {
-    const bytes = await file.arrayBuffer();
-    this.send({ kind: "load", name: file.name, file: bytes }, [bytes]);
+    const size = file.size / 1e6;
+    if (size > MOST_MB) return notice(`${file.name} cannot be used: it has ${size.toFixed(1)} MB, must have at most ${MOST_MB}`);
+    try {
+      const bytes = await file.arrayBuffer();
+      this.send({ kind: "load", name: file.name, file: bytes }, [bytes]);
+    } catch (error) {
+      notice(`${file.name} cannot be read; is it a folder? ${error instanceof Error ? error.message : String(error)}`);
+    }
   }
 }
 
@@ -300,10 +330,15 @@ function tableTwo({ thresholds_n: [tx, ty] }: Description, x: number, y: number)
 export function play(): void {
   const worker = new Worker("worker.js", { type: "module" });
   let page: Page | null = null;
+  const failed = (reason: string) => {
+    if (page) notice(`The simulation stopped: ${reason}. Load the page again to go on.`);
+    else find("loading").textContent = `The dog cannot come: ${reason}`;
+  };
   worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
-    if (data.kind === "failed") find("loading").textContent = `The dog cannot come: ${data.reason}`;
+    if (data.kind === "failed") failed(data.reason);
     else if (data.kind === "ready") page = new Page(data.description, (message, transfer = []) => worker.postMessage(message, transfer));
     else page?.receive(data);
   };
-  worker.onerror = (event) => notice(`The simulation stopped: ${event.message}`);
+  // A script that does not come has no message.
+  worker.onerror = (event) => failed(event.message || "its script cannot be loaded");
 }

@@ -2,6 +2,8 @@
 
 import type { Description, Vector } from "./contract.ts";
 
+const GAMEPAD_STEP_N = 5;
+
 type Listener = (force: Vector, source: string) => void;
 
 export class Pull {
@@ -38,12 +40,20 @@ export function inWords([x, y, z]: Vector): string {
   return parts.length > 0 ? parts.join(", ") : "no pull";
 }
 
-/** Keys for the handle and the clock, wherever they are pressed but in a field that uses them itself. */
+const ARROWS = ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"];
+/** Keys that controls use themselves, by their type; those that are not here, fields and lists, use all. */
+const OWN_KEYS: Record<string, string[]> = { button: [" "], checkbox: [" "], radio: [" ", ...ARROWS], range: ARROWS };
+
+/** Whether the control with the focus uses a key itself. */
+export function isOwnKey(event: KeyboardEvent): boolean {
+  const { type } = event.target as HTMLInputElement;
+  return Boolean(type) && (OWN_KEYS[type]?.includes(event.key) ?? true);
+}
+
+/** Keys for the handle and the clock, wherever they are pressed but in a control that uses them itself. */
 export function bindKeys(pull: Pull, actions: { pause(): void; step(): void; reset(): void; preset(index: number): void }): void {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    const target = event.target as HTMLElement;
-    const tag = target.tagName;
     const amount = event.shiftKey ? 1 : 5;
     const arrows: Record<string, [number, number]> = {
       ArrowUp: [amount, 0],
@@ -52,14 +62,15 @@ export function bindKeys(pull: Pull, actions: { pause(): void; step(): void; res
       ArrowRight: [0, -amount],
     };
     const arrow = arrows[event.key];
-    if (arrow && tag !== "INPUT" && tag !== "SELECT") pull.add(...arrow, "keys");
-    else if (event.key === "Escape") pull.release("keys");
-    else if (tag === "INPUT" || tag === "SELECT") return;
-    else if (event.key === " " && tag !== "BUTTON") actions.pause();
+    if (event.key === "Escape") pull.release("keys");
+    else if (isOwnKey(event)) return;
+    else if (arrow) pull.add(...arrow, "keys");
     else if (event.key === ".") actions.step();
-    else if (event.key === "r") actions.reset();
     else if (/^[1-9]$/.test(event.key)) actions.preset(Number(event.key) - 1);
-    else return;
+    else if (event.key === " " || event.key === "r") {
+      // A key that is held down comes again and again: good for a pull or a step, not for these two.
+      if (!event.repeat) actions[event.key === " " ? "pause" : "reset"]();
+    } else return;
     event.preventDefault();
   });
 }
@@ -72,12 +83,15 @@ export class Gamepad {
 
   poll(): void {
     const pad = navigator.getGamepads?.().find((found) => found !== null);
-    if (!pad) return;
-    const [right = 0, down = 0] = pad.axes;
+    // A gamepad that went away has let go.
+    const [right = 0, down = 0] = pad?.axes ?? [];
     const away = Math.hypot(right, down) > 0.15;
     const { force_low_n: low, force_high_n: high } = this.description;
-    if (away) this.pull.set([down > 0 ? down * low[0] : -down * high[0], -right * high[1], 0], "gamepad");
-    else if (this.pulling) this.pull.release("gamepad");
+    // A thumb is never quite still: a pull that changed all the time would never be told.
+    const rounded = (force: number) => GAMEPAD_STEP_N * Math.round(force / GAMEPAD_STEP_N);
+    const force: Vector = [rounded(down > 0 ? down * low[0] : -down * high[0]), rounded(-right * high[1]), 0];
+    if (away && String(force) !== String(this.pull.force)) this.pull.set(force, "gamepad");
+    else if (!away && this.pulling) this.pull.release("gamepad");
     this.pulling = away;
   }
 }

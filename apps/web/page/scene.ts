@@ -18,6 +18,7 @@ import {
 
 import { Arrows } from "./arrows.ts";
 import type { Description, Settings, Vector } from "./contract.ts";
+import { find } from "./dom.ts";
 import type { Frame } from "./frame.ts";
 import { Ground } from "./ground.ts";
 import { Handler } from "./handler.ts";
@@ -64,6 +65,8 @@ export class Stage {
   /** Without a graphics processor every pixel costs: shadows and smooth edges are left out. */
   private readonly inSoftware: boolean;
   private ratio: number;
+  /** The next picture has another size, or other parts. */
+  private resized = true;
   private pictureMs = 30;
   /** What was drawn last while time stood still. */
   private drawn = "";
@@ -98,7 +101,13 @@ export class Stage {
       return { line, count: 0, last: new Vector3(Infinity, 0, 0) };
     });
     this.configure(description.defaults);
-    new ResizeObserver(() => this.resize()).observe(host);
+    new ResizeObserver(() => (this.resized = true)).observe(host);
+  }
+
+  /** From another side, where the visitor has not moved the camera yet. */
+  look(view: View): void {
+    this.view = view;
+    Object.assign(this.orbit, { around: 0, up: 0 });
   }
 
   /** One dog, two beside each other with a camera each, or a herd. */
@@ -110,7 +119,7 @@ export class Stage {
     this.reach(herd ? 14 : 3.5);
     this.orbit.distance = herd ? 2.5 : 1;
     this.clearTraces();
-    this.resize();
+    this.resized = true;
   }
 
   /** Half the width of what casts shadows, and how far it can be seen [m]. */
@@ -131,8 +140,11 @@ export class Stage {
 
   /** Draws the moment at `share` of the way from `a` to `b`; `seconds` since the picture before. */
   draw(a: Frame, b: Frame, share: number, seconds: number, options: Drawing): void {
-    if (options.still && this.alreadyDrawn(b)) return;
-    if (options.still) this.sharpen();
+    if (options.still && this.alreadyDrawn(b, options)) return;
+    if (!options.still) this.adapt(seconds);
+    // A new size empties the canvas, so it is taken only here, where a picture follows.
+    const ratio = options.still ? FINEST : this.ratio;
+    if (this.resized || this.renderer.getPixelRatio() !== ratio) this.resize(ratio);
     this.robots.update(a, b, share);
     this.drawForces(b, 0, b.robots, options.ownForces ?? false);
     this.trace(b, options.traces);
@@ -158,7 +170,6 @@ export class Stage {
       this.renderer.setScissor(...part);
       this.renderer.render(this.scene, rig.camera);
     });
-    if (!options.still) this.adapt(seconds);
   }
 
   private drawForces(frame: Frame, from: number, to: number, own: boolean): void {
@@ -176,19 +187,13 @@ export class Stage {
   }
 
   /** Whether the picture of a moment at which time stands still is the one that is shown, finely. */
-  private alreadyDrawn(frame: Frame): boolean {
+  private alreadyDrawn(frame: Frame, { traces }: Drawing): boolean {
     const { around, up, distance } = this.orbit;
-    const { clientWidth, clientHeight } = this.host;
-    const asked = [frame.time, frame.force, this.view, around, up, distance, clientWidth, clientHeight].join();
-    const same = asked === this.drawn && this.renderer.getPixelRatio() === FINEST;
+    const ground = this.ground.mesh.geometry.id;
+    const asked = [frame.time, frame.force, this.view, around, up, distance, traces, ground].join();
+    const same = asked === this.drawn && !this.resized && this.renderer.getPixelRatio() === FINEST;
     this.drawn = asked;
     return same;
-  }
-
-  private sharpen(): void {
-    if (this.renderer.getPixelRatio() === FINEST) return;
-    this.resize(FINEST);
-    this.drawn = "";
   }
 
   /** Draws coarser where pictures come slowly, finer where there is time. */
@@ -197,10 +202,9 @@ export class Stage {
     const most = this.inSoftware ? 1 : Math.min(window.devicePixelRatio, FINEST);
     const slow = this.pictureMs > SLOW_MS && this.ratio > COARSEST;
     const quick = this.pictureMs < QUICK_MS && this.ratio < most;
-    if (!slow && !quick && this.renderer.getPixelRatio() === this.ratio) return;
-    if (slow || quick) this.ratio = Math.min(Math.max(this.ratio * (slow ? 0.8 : 1.25), COARSEST), most);
+    if (!slow && !quick) return;
+    this.ratio = Math.min(Math.max(this.ratio * (slow ? 0.8 : 1.25), COARSEST), most);
     this.pictureMs = 0.5 * (SLOW_MS + QUICK_MS);
-    this.resize();
   }
 
   /** The lane a point of the page is in. */
@@ -222,7 +226,7 @@ export class Stage {
 
   private trace(frame: Frame, show: boolean): void {
     this.traces.forEach((trace, robot) => {
-      trace.line.visible = show && robot < frame.robots && frame.robots <= 2;
+      trace.line.visible = show && robot < frame.robots && frame.robots <= this.rigs.length;
       if (!trace.line.visible) return;
       const at = new Vector3(...frame.vector(robot, "position"));
       if (trace.last.distanceTo(at) < 0.04) return;
@@ -239,9 +243,10 @@ export class Stage {
     });
   }
 
-  private resize(ratio = this.ratio): void {
+  private resize(ratio: number): void {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (width === 0 || height === 0) return;
+    this.resized = false;
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height);
     const beside = width >= height;
@@ -253,6 +258,20 @@ export class Stage {
         : { left: 0, bottom: 1 - (lane + 1) * share, width: 1, height: share };
       rig.resize(width, height);
     });
+  }
+}
+
+/** The stage in `host`; where there can be none, a sentence instead: whoever needs no picture can do everything else. */
+export function stageIn(host: HTMLElement, description: Description): Stage | null {
+  try {
+    return new Stage(host, description);
+  } catch (error) {
+    console.warn(error);
+    host.textContent = "No picture: this browser has no WebGL 2.";
+    host.setAttribute("aria-label", host.textContent);
+    host.classList.add("none");
+    find("views").hidden = true;
+    return null;
   }
 }
 

@@ -2,12 +2,12 @@
 
 import type { Description, Mind, Vector } from "./contract.ts";
 import { MIND_NAMES } from "./choices.ts";
-import { find, make } from "./dom.ts";
+import { find, make, write } from "./dom.ts";
 import type { Frame } from "./frame.ts";
 import { inWords } from "./pull.ts";
 
 /** Time between two updates of the figures [ms]: faster nobody reads. */
-const FIGURES_MS = 100;
+export const FIGURES_MS = 100;
 /** A behavior is announced when it has lasted this long [s]. */
 const SETTLED_S = 0.4;
 export const SPEEDS = [
@@ -29,7 +29,9 @@ export class Telling {
   /** Rows of the table of speeds, for each lane. */
   private rows: SpeedRow[][] = [];
   private shownAt = 0;
-  private told = { words: "", since: 0 };
+  private told = "";
+  /** Words that will be told if they last. */
+  private coming = { words: "", since: 0 };
   private minds: readonly Mind[] = ["learned"];
 
   /** `announce` is told the words of each change. */
@@ -63,12 +65,18 @@ export class Telling {
     }));
   }
 
-  update(frame: Frame): void {
+  /** Shows a moment; one at which time stands still has no next that would make up for it. */
+  update(frame: Frame, still: boolean): void {
     this.tell(frame);
     const now = performance.now();
-    if (now - this.shownAt < FIGURES_MS) return;
+    if (!still && now - this.shownAt < FIGURES_MS) return;
     this.shownAt = now;
     this.figures(frame);
+  }
+
+  /** What a visitor did, for who does not see it. A new element, so that the same words are told again. */
+  say(words: string): void {
+    find("said").replaceChildren(make("span", words));
   }
 
   private name(index: number): string {
@@ -78,19 +86,17 @@ export class Telling {
   /** Speaks of a change once it has settled. */
   private tell(frame: Frame): void {
     const { words, behavior } = this.words(frame);
-    if (frame.time < this.told.since) this.told.since = frame.time;
-    if (words === this.told.words) {
-      this.told.since = frame.time;
-    } else if (frame.time - this.told.since > SETTLED_S) {
-      this.told = { words, since: frame.time };
-      this.live.textContent = words;
-      this.announce(words, behavior);
-    }
+    // Time that goes back is a new beginning.
+    if (words !== this.coming.words || frame.time < this.coming.since) this.coming = { words, since: frame.time };
+    if (words === this.told || frame.time - this.coming.since < SETTLED_S) return;
+    this.told = words;
+    this.live.textContent = words;
+    this.announce(words, behavior);
   }
 
   private words(frame: Frame): { words: string; behavior: string } {
     const meant = this.name(frame.meant);
-    if (frame.robots > 2) {
+    if (frame.robots > this.minds.length) {
       const obey = Array.from({ length: frame.robots }, (_, i) => frame.value(i, "behavior")).filter((b) => b === frame.meant).length;
       const share = Math.round((10 * obey) / frame.robots) * 10;
       return { words: `About ${share} % of ${frame.robots} dogs ${meant}.`, behavior: meant };
@@ -114,7 +120,7 @@ export class Telling {
       ["The pull", inWords(frame.force), ""],
       ["Table II says", meant, meant],
     ];
-    if (frame.robots <= 2) {
+    if (frame.robots <= this.minds.length) {
       for (let robot = 0; robot < frame.robots; robot++) {
         const fallen = frame.value(robot, "fallen") > 0;
         const behavior = this.name(frame.value(robot, "behavior"));
@@ -128,19 +134,28 @@ export class Telling {
       for (let robot = 0; robot < frame.robots; robot++) counts[frame.value(robot, "behavior")]! += 1;
       rows.push(["The herd", this.description.behaviors.map((name, i) => `${name} ${counts[i]}`).join(", "), ""]);
     }
-    this.labels.replaceChildren(
-      ...rows.flatMap(([term, value, behavior]) => [make("dt", term), make("dd", value, behavior ? `behavior ${behavior}` : "")]),
-    );
+    showLabels(this.labels, rows);
     this.rows.slice(0, frame.robots).forEach((rows, robot) => showSpeeds(rows, frame.vector(robot, "command"), frame.vector(robot, "velocity")));
     if (this.minds.length > 1) {
       [...find("lanes").querySelectorAll("span")].slice(0, frame.robots).forEach((sign, robot) => {
         const fallen = frame.value(robot, "fallen") > 0;
         const behavior = this.name(frame.value(robot, "behavior"));
-        sign.textContent = fallen ? "fallen" : behavior;
+        write(sign, fallen ? "fallen" : behavior);
         sign.className = `behavior ${fallen ? "stop" : behavior}`;
       });
     }
   }
+}
+
+/** Rows of a term, a text and the behavior it names or none; elements are made only where their number changes. */
+export function showLabels(list: HTMLElement, rows: [string, string, string][]): void {
+  if (list.children.length !== 2 * rows.length) list.replaceChildren(...rows.flatMap(() => [make("dt"), make("dd")]));
+  rows.forEach(([term, text, behavior], i) => {
+    const value = list.children[2 * i + 1]!;
+    write(list.children[2 * i]!, term);
+    write(value, text);
+    value.className = behavior ? `behavior ${behavior}` : "";
+  });
 }
 
 export function speedRow(body: HTMLElement, name: string): SpeedRow {
@@ -158,8 +173,8 @@ export function showSpeeds(rows: SpeedRow[], command: Vector, velocity: Vector):
   rows.forEach(({ commanded, actual, bars }, i) => {
     // Adding zero takes the sign from what rounds to it.
     const figure = (value: number) => (Math.round(100 * value) / 100 + 0).toFixed(2);
-    commanded.textContent = figure(command[i]!);
-    actual.textContent = figure(velocity[i]!);
+    write(commanded, figure(command[i]!));
+    write(actual, figure(velocity[i]!));
     // Left on the page is left of the dog.
     const sign = i === 0 ? 1 : -1;
     [command[i]!, velocity[i]!].forEach((value, bar) => {

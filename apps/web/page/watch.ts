@@ -2,14 +2,14 @@
 
 import type { Description, Layout } from "./contract.ts";
 import { Curves, type CurvesMessage, plain, short } from "./curves.ts";
-import { find, make } from "./dom.ts";
+import { find, make, write } from "./dom.ts";
 import { Frame } from "./frame.ts";
 import { bindGrab } from "./grab.ts";
 import { Simulation } from "./module.ts";
 import { inWords } from "./pull.ts";
 import type { View } from "./rig.ts";
-import { Stage } from "./scene.ts";
-import { SPEEDS, type SpeedRow, showSpeeds, speedRow } from "./telling.ts";
+import { type Stage, stageIn } from "./scene.ts";
+import { FIGURES_MS, SPEEDS, type SpeedRow, showLabels, showSpeeds, speedRow } from "./telling.ts";
 
 /** Frames come in bursts, one an iteration: they are shown so that this much time [s] is left to show. */
 const BUFFER_S = 1.2;
@@ -53,7 +53,8 @@ export async function watch(): Promise<void> {
 }
 
 class Watching {
-  private readonly stage: Stage;
+  /** None where the browser cannot draw. */
+  private readonly stage: Stage | null;
   private readonly status = find("training-status");
   private readonly speeds: SpeedRow[];
   /** The picture stands still; the ground of robots that came meanwhile is kept. */
@@ -67,20 +68,21 @@ class Watching {
   /** Simulated time that is shown [s]. */
   private shownTime = 0;
   private drawnAt = 0;
+  private figuresAt = 0;
   private toldAt = -Infinity;
   private readonly pace = { iterations: [] as [number, number][] };
   private ended = false;
 
   constructor(private readonly description: Description) {
-    this.stage = new Stage(find("picture"), description);
-    this.stage.configure({ ...description.defaults, robots: 2 });
-    this.stage.orbit.distance = 1.7;
     find("picture").setAttribute("aria-label", "Robots in training on their ground. How the training goes is told below.");
-    bindGrab(this.stage, null, () => 0, () => false);
-    find("views").addEventListener("change", (event) => {
-      this.stage.view = (event.target as HTMLInputElement).value as View;
-      Object.assign(this.stage.orbit, { around: 0, up: 0 });
-    });
+    const stage = stageIn(find("picture"), description);
+    this.stage = stage;
+    if (stage) {
+      stage.configure({ ...description.defaults, robots: 2 });
+      stage.orbit.distance = 1.7;
+      bindGrab(stage, null, () => 0, () => false);
+      find("views").addEventListener("change", (event) => stage.look((event.target as HTMLInputElement).value as View));
+    }
     const body = make("tbody");
     find("one-speeds").append(body);
     this.speeds = SPEEDS.map(({ name }) => speedRow(body, name));
@@ -88,7 +90,7 @@ class Watching {
     hold.addEventListener("click", () => {
       this.held = !this.held;
       hold.textContent = this.held ? "Go on" : "Hold the picture";
-      hold.setAttribute("aria-pressed", String(this.held));
+      hold.classList.toggle("on", this.held);
       if (this.held) return;
       this.queue = [];
       if (this.missed) this.shown(this.missed);
@@ -106,9 +108,14 @@ class Watching {
       if (typeof data === "string") this.told(JSON.parse(data));
       else this.shown(new Float32Array(data));
     };
-    socket.onclose = () => {
+    let opened = false;
+    socket.onopen = () => (opened = true);
+    socket.onclose = async () => {
       if (this.ended) return;
-      this.status.textContent = "The training is no longer heard of; trying again.";
+      // No page is told why a socket was refused: a server that answers all else has hardly another reason.
+      const full = !opened && (await fetch(location.href, { method: "HEAD" }).then(({ ok }) => ok, () => false));
+      const how = full ? "This page is not let in, perhaps because too many watch already" : "The training is no longer heard of";
+      write(this.status, `${how}; trying again.`);
       setTimeout(() => this.listen(), RETRY_MS);
     };
   }
@@ -140,10 +147,10 @@ class Watching {
     if (this.held) {
       if (numbers[0] === 1) this.missed = numbers;
     } else if (numbers[0] === 1) {
-      this.stage.ground.set(numbers.slice(4));
+      this.stage?.ground.set(numbers.slice(4));
       this.queue = [];
       this.before = this.now = null;
-      this.stage.clearTraces();
+      this.stage?.clearTraces();
     } else if (this.hello) {
       if (this.queue.length < MOST_FRAMES) this.queue.push(new Frame(this.hello.frame, numbers.subarray(1)));
       find("loading").hidden = true;
@@ -179,7 +186,9 @@ class Watching {
     if (!this.before || !this.now) return;
     const span = this.now.time - this.before.time;
     const share = span > 0 ? Math.min(Math.max((this.shownTime - this.before.time) / span, 0), 1) : 1;
-    this.stage.draw(this.before, this.now, share, seconds, { traces: false, still: this.held, ownForces: true });
+    this.stage?.draw(this.before, this.now, share, seconds, { traces: false, still: this.held, ownForces: true });
+    if (time - this.figuresAt < FIGURES_MS) return;
+    this.figuresAt = time;
     this.figures(this.now);
   }
 
@@ -200,7 +209,7 @@ class Watching {
     }
     // Robots that begin a new episode jump to their start: nothing is drawn in between.
     if (this.before && this.now && this.before !== this.now) this.before = withoutJumps(this.before, this.now);
-    find("clock").textContent = `${this.now!.robots} of ${this.hello?.robots ?? 0} robots, ${this.ended ? "ended" : "live"}`;
+    write(find("clock"), `${this.now!.robots} of ${this.hello?.robots ?? 0} robots, ${this.ended ? "ended" : "live"}`);
   }
 
   private figures(frame: Frame): void {
@@ -211,9 +220,7 @@ class Watching {
     if (this.hello?.task === "supervisor") rows.push(["Table II says", meant, meant]);
     else rows.push(["Base is pushed", inWords(frame.vector(0, "base_force")).replace("no pull", "no push"), ""]);
     showSpeeds(this.speeds, frame.vector(0, "command"), frame.vector(0, "velocity"));
-    find("one").replaceChildren(
-      ...rows.flatMap(([term, text, behavior]) => [make("dt", term), make("dd", text, behavior ? `behavior ${behavior}` : "")]),
-    );
+    showLabels(find("one"), rows);
   }
 }
 

@@ -18,6 +18,7 @@ let period = 0.02;
 let speed = 0;
 let owed = 0;
 let before = performance.now();
+let ticking = 0;
 let pace = { simulated: 0, since: before, value: 1 };
 
 async function begin(): Promise<void> {
@@ -37,8 +38,23 @@ async function begin(): Promise<void> {
   simulation.configure(settings);
   period = description.control_period_s;
   send({ kind: "ready", description });
-  setInterval(tick, TICK_MS);
+  ticking = setInterval(() => {
+    try {
+      tick();
+    } catch (error) {
+      fail(error);
+    }
+  }, TICK_MS);
 }
+
+/** Ends everything: a module that was stopped in the middle of a call answers no other. */
+function fail(error: unknown): void {
+  clearInterval(ticking);
+  self.onmessage = null;
+  send({ kind: "failed", reason: inWords(error) });
+}
+
+const inWords = (error: unknown) => (error instanceof Error ? error.message : String(error));
 
 function tick(): void {
   const now = performance.now();
@@ -60,6 +76,11 @@ function advance(steps: number): void {
   send({ kind: "frames", frames, count: Math.max(steps, 1), pace: pace.value }, [frames.buffer]);
 }
 
+/** While time stands still, its moment is shown all the same, with the pull of now. */
+function showStanding(): void {
+  if (speed === 0) advance(0);
+}
+
 function handle(message: ToWorker): void {
   switch (message.kind) {
     case "configure": {
@@ -75,16 +96,15 @@ function handle(message: ToWorker): void {
     }
     case "pull":
       simulation.pull(message.force);
-      // While time stands still, the pull shows all the same.
-      if (speed === 0) advance(0);
-      return;
+      return showStanding();
     case "tug":
-      return simulation.tug(message.force, message.duration);
+      simulation.tug(message.force, message.duration);
+      return showStanding();
     case "run":
       speed = message.speed;
       owed = 0;
       pace = { simulated: 0, since: performance.now(), value: speed };
-      return;
+      return showStanding();
     case "step":
       return advance(1);
     case "reset":
@@ -101,9 +121,10 @@ self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
   try {
     handle(data);
   } catch (error) {
+    if (error instanceof WebAssembly.RuntimeError) return fail(error);
     const what = data.kind === "load" ? data.name : data.kind === "configure" ? "settings" : data.kind;
-    send({ kind: "refused", what, reason: error instanceof Error ? error.message : String(error) });
+    send({ kind: "refused", what, reason: inWords(error) });
   }
 };
 
-begin().catch((error: unknown) => send({ kind: "failed", reason: error instanceof Error ? error.message : String(error) }));
+begin().catch(fail);

@@ -17,8 +17,8 @@ export const browser = await chromium.launch({
 });
 export const complaints = [];
 
-/** A page whose complaints are kept. */
-export async function visit(url, viewport = { width: 980, height: 700 }) {
+/** A page whose complaints are kept; `prepare` is given it before it is loaded. */
+export async function visit(url, viewport = { width: 980, height: 700 }, prepare = async () => {}) {
   const host = new URL(url).host;
   const context = await browser.newContext({ viewport, acceptDownloads: true, reducedMotion: folder ? "no-preference" : "reduce" });
   const page = await context.newPage();
@@ -33,13 +33,14 @@ export async function visit(url, viewport = { width: 980, height: 700 }) {
   page.on("websocket", (socket) => {
     if (new URL(socket.url()).host !== host) complaints.push(`left the host: ${socket.url()}`);
   });
+  await prepare(page);
   await page.goto(url);
   return page;
 }
 
 /** The page, loaded and running. */
-export async function open(query = "", viewport) {
-  const page = await visit(address + query, viewport);
+export async function open(query = "", viewport, prepare) {
+  const page = await visit(address + query, viewport, prepare);
   await page.waitForSelector("#loading", { state: "hidden", timeout: 60_000 });
   await page.waitForFunction(() => document.querySelector("#clock").textContent !== "");
   return page;
@@ -80,6 +81,22 @@ export const figure = async (page, row, column) =>
 export async function simulate(page, seconds) {
   const until = (await time(page)) + seconds;
   await page.waitForFunction((t) => Number.parseFloat(document.querySelector("#clock").textContent) >= t, until, { timeout: 120_000 });
+}
+
+/** Waits until the clock says that it is paused, and no more comes; the time that stands. */
+export async function standing(page) {
+  await page.waitForFunction(() => document.querySelector("#clock").textContent.includes("paused"));
+  for (let i = 0; i < 20; i++) {
+    const before = await time(page);
+    await page.waitForTimeout(500);
+    if ((await time(page)) === before) return before;
+  }
+  throw new Error("time goes on while paused");
+}
+
+/** Waits until the page tells that a visitor's doing is done. */
+export async function untilSaid(page, words) {
+  await page.waitForFunction((w) => document.querySelector("#said").textContent === w, words, { timeout: 60_000 });
 }
 
 /** Waits until the live region says `words`; the simulated time it took. */
