@@ -40,13 +40,14 @@ pub(super) fn answer(
         Ok(key) => key,
         Err(refusal) => return Ok(Some(refusal)),
     };
-    if window.readers() >= MAX_READERS {
+    // Counted first: of two that come at once, both would find room for one.
+    let cursor = window.reader();
+    if window.readers() > MAX_READERS {
         return Ok(Some(Refusal {
             status: "503 Service Unavailable",
             reason: "too many pages watch already",
         }));
     }
-    let cursor = window.reader();
     write!(
         stream,
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\

@@ -11,7 +11,7 @@ use std::io::{self, Read as _, Write};
 use std::net::{IpAddr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 pub use files::{FILES, File};
 use request::{Refusal, Request};
@@ -24,8 +24,10 @@ pub const MAX_HEAD: usize = 8192;
 const MAX_CONNECTIONS: usize = 64;
 /// Bytes of a refused request that are still read.
 const MAX_REFUSED: u64 = 1 << 20;
-/// How long a client may take to send a request or to take an answer.
+/// How long a client may take to send a request, or to take some of an answer.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How long a client may take for all of an answer.
+const MAX_ANSWER: Duration = Duration::from_secs(120);
 
 /// A bound server, not serving yet.
 #[derive(Debug)]
@@ -113,7 +115,7 @@ fn answer(mut stream: TcpStream, content: &Content) -> io::Result<()> {
                 file.bytes.len()
             )?;
             if !request.head_only {
-                stream.write_all(file.bytes)?;
+                send(&mut stream, file.bytes, MAX_ANSWER)?;
             }
             stream.flush()
         }
@@ -134,7 +136,25 @@ fn refuse(stream: &mut TcpStream, Refusal { status, reason }: Refusal) -> io::Re
     stream.shutdown(Shutdown::Write)?;
     // Hanging up on bytes that were not read would throw away the answer on its way.
     stream.set_read_timeout(Some(Duration::from_secs(1)))?;
-    io::copy(&mut stream.take(MAX_REFUSED), &mut io::sink())?;
+    let began = Instant::now();
+    let (mut rest, mut chunk) = (stream.take(MAX_REFUSED), [0; 4096]);
+    while began.elapsed() < PATIENCE && rest.read(&mut chunk)? > 0 {}
+    Ok(())
+}
+
+/// Writes all bytes, or as many as the other side takes in the time there is: a client that takes one now and then would keep its
+/// connection for days.
+fn send(to: &mut impl Write, mut bytes: &[u8], within: Duration) -> io::Result<()> {
+    let began = Instant::now();
+    while !bytes.is_empty() {
+        if began.elapsed() > within {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        match to.write(bytes)? {
+            0 => return Err(io::ErrorKind::WriteZero.into()),
+            count => bytes = &bytes[count..],
+        }
+    }
     Ok(())
 }
 
@@ -151,6 +171,32 @@ fn is_loopback(host: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Takes one byte at a time.
+    struct Reluctant(Vec<u8>);
+
+    impl Write for Reluctant {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            std::thread::sleep(Duration::from_millis(2));
+            self.0.push(bytes[0]);
+            Ok(1)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn an_answer_is_sent_whole_or_given_up_when_its_time_is_over() {
+        let mut patient = Reluctant(Vec::new());
+        send(&mut patient, b"an answer", Duration::from_secs(60)).unwrap();
+        assert_eq!(patient.0, b"an answer");
+        let mut slow = Reluctant(Vec::new());
+        let error = send(&mut slow, &[7; 10_000], Duration::from_millis(20)).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+        assert!(slow.0.len() < 100);
+    }
 
     #[test]
     fn only_names_of_this_machine_are_loopback() {

@@ -1,6 +1,6 @@
 //! How a verb serves the page: where, and whether a browser is asked to open it.
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result};
@@ -36,10 +36,15 @@ impl Serving {
 
     /// Prints the page's address, with what comes after the host, and opens it in a browser unless told not to.
     pub(crate) fn announce(&self, server: &Server, path: &str) -> Result<()> {
-        let address = format!("http://{}/{path}", server.address().context("the address served on")?);
+        let mut at = server.address().context("the address served on")?;
+        if at.ip().is_unspecified() {
+            // All addresses of this machine; no browser can be sent to "all".
+            at.set_ip(if at.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() });
+        }
+        let address = format!("http://{at}/{path}");
         say!("{address}");
         if !self.host.is_loopback() {
-            eprintln!("warning: {} can be reached from other machines", self.host);
+            eprintln!("warning: {} can be reached from other machines, at port {}", self.host, at.port());
         }
         if !self.no_open {
             open(&address);
@@ -57,8 +62,13 @@ fn open(address: &str) {
     } else {
         "xdg-open"
     };
-    let quiet = Command::new(program).arg(address).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
-    if quiet.is_err() {
-        eprintln!("no {program} here: open the address in a browser");
+    let mut command = Command::new(program);
+    command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    // Ctrl-C, which stops a training, is not meant for the browser.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    match command.spawn() {
+        Ok(mut opener) => drop(std::thread::spawn(move || opener.wait())),
+        Err(_) => eprintln!("no {program} here: open the address in a browser"),
     }
 }

@@ -14,12 +14,13 @@ pub const DIST: &str = "apps/web/dist";
 /// The manifest's own name in it.
 pub const NAME: &str = "manifest.txt";
 
-/// Files and folders the page is built from. Third-party crates are not among them: what they change, the tests of the built
-/// module see.
-const SOURCES: [&str; 18] = [
+/// Files and folders the page is built from. Third-party crates and the manifests of ours are not among them: what they change, the
+/// tests of the built module see.
+const SOURCES: [&str; 19] = [
     "apps/web/Cargo.toml",
     "apps/web/build.mjs",
     "apps/web/package-lock.json",
+    "apps/web/package.json",
     "apps/web/page",
     "apps/web/src",
     "apps/web/tsconfig.json",
