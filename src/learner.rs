@@ -242,6 +242,7 @@ where
         refuse_other_settings(run, config)?;
         let found = run.load_newest(|path| begin_with(CHECKPOINT, path), |line| eprintln!("{line}"))?;
         if found.is_none() {
+            refuse_lost_beginning(run)?;
             eprintln!("{} has no checkpoint yet: beginning", run.path().display());
         }
         return Ok(found.unwrap_or_default());
@@ -255,12 +256,25 @@ where
     }
     let Start::From(source) = start else { return Ok(Vec::new()) };
     let is_policy = source.extension().is_some_and(|extension| extension == "onnx");
-    let found = if is_policy {
-        begin_with(POLICY, source)
-    } else {
-        newest_of(source).and_then(|path| begin_with(WEIGHTS, &path))
-    };
-    Ok(found.or_bad_input(|| format!("--init-from {}", source.display()))?)
+    let file = if is_policy { Ok(source.clone()) } else { newest_of(source) };
+    let kind = if is_policy { POLICY } else { WEIGHTS };
+    let found = file.and_then(|file| Ok((begin_with(kind, &file)?, file)));
+    let (found, file) = found.or_bad_input(|| format!("--init-from {}", source.display()))?;
+    let said = format!("{} crc32c {:08x}\n", file.display(), crc32c::crc32c(&found[1..]));
+    write_atomic(&run.file(BEGUN_FROM), said.as_bytes())
+        .with_context(|| format!("cannot write {BEGUN_FROM}"))?;
+    Ok(found)
+}
+
+/// What says from which file a run began, and the file's checksum.
+const BEGUN_FROM: &str = "begun_from.txt";
+
+/// A run that began from another and was killed before its first checkpoint is not begun from nothing.
+fn refuse_lost_beginning(run: &RunFolder) -> Result<(), BadInput> {
+    let Ok(said) = std::fs::read_to_string(run.file(BEGUN_FROM)) else { return Ok(()) };
+    let from = said.split_once(" crc32c").map_or(said.as_str(), |(from, _)| from);
+    let run = run.path().display();
+    Err(BadInput::new(format!("{run} has no checkpoint yet: begin it again with --init-from {from}")))
 }
 
 /// A run with checkpoints goes on with its own settings: others would make of it what no run from the start gives.

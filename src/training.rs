@@ -60,7 +60,8 @@ pub struct TrainingSettings {
     pub checkpoint_period_s: f64,
     /// Numbered checkpoints kept, beside the best \[files; 1 to 10000\]. Source: ours.
     pub checkpoints_kept: usize,
-    /// The metric (a column of metrics.csv) whose mean between two checkpoints decides which is the best. Source: ours.
+    /// The metric (a column of metrics.csv) whose mean between two checkpoints decides which is the best; checkpoints come by the clock,
+    /// so which one that is may differ from run to run. Source: ours.
     pub score: String,
 }
 
@@ -141,7 +142,10 @@ pub fn train(
             session.save(learner)?;
         }
     }
-    session.save(learner)?;
+    // What was finished before is as it was saved.
+    if learner.iteration() > first || run.checkpoints()?.is_empty() {
+        session.save(learner)?;
+    }
     progress.finish(&message);
     let finished = learner.iteration() >= settings.iterations;
     Ok(if finished { Outcome::Finished } else { Outcome::Interrupted })

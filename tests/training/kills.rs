@@ -30,6 +30,11 @@ fn a_run_that_begins_with_a_policy_does_so_too_if_it_is_killed_before_its_first_
     fs::remove_file(&path).unwrap();
     assert!(folder.train(1, &["--resume"]).status.success());
     assert!(Checkpoint::load(&path).unwrap() == expected, "other bits");
+    // Killed even before it kept what it began with, it says with what to begin again.
+    fs::remove_dir_all(folder.file("checkpoints")).unwrap();
+    let lost = folder.train(1, &["--resume"]);
+    assert_eq!(lost.status.code(), Some(2));
+    assert!(message(&lost).contains("--init-from policy/policy.onnx"), "{}", message(&lost));
 }
 
 fn rows(folder: &Folder) -> usize {
