@@ -70,7 +70,7 @@ const EXAMPLES: &str = "\
 Scores, each of the mean action without noise on draws that are always the same:
   flat        tracking (exp(-|e_xy|²/0.25) + exp(-e_ω²/0.25)/2) / 1.5, a share of its ceiling; 128 robots of 20 s, 2 s
               to get going, a command each as a guide dog gets them
-  rough       the mean level on which the terrain curriculum would come to rest with this policy (at most 6), or
+  rough       the mean level on which the terrain curriculum would come to rest with this policy (6 if all go up), or
               5 · survival / 0.9 if that is less; 400 robots of 20 s, two on every tile of a ground of its own
   supervisor  behavior reward over the paper's pulls, a share of the oracle's over the same walk; 128 robots of 20 s
 

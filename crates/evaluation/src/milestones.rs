@@ -67,8 +67,8 @@ pub fn flat(policy: &LocomotionPolicy) -> Result<Score, String> {
 }
 
 /// Walking on rough ground: the mean level on which the terrain curriculum would come to rest if this policy went on for
-/// ever, or less where fewer than nine in ten survive there: min(level, 5 · survival / 0.9). At most 6.0, because those who
-/// pass the top begin anew anywhere.
+/// ever, or less where fewer than nine in ten survive there: min(level, 5 · survival / 0.9). 6.0 for one that always goes up,
+/// because those who pass the top begin anew anywhere.
 ///
 /// Two robots, drawn as in training, on every tile of a training ground of another seed play one episode of 20 s under commands
 /// that change every five, without pulls. What the curriculum's rule then says gives, for every kind of ground and every level, how many

@@ -8,11 +8,12 @@ use crate::tile::TILE_SIZE_M;
 ///
 /// One down after making good less than half the way that was commanded; otherwise one up after more than half a tile;
 /// past the top, anywhere at random, so that no level is forgotten. After Rudin et al., *Learning to walk in minutes using
-/// massively parallel deep reinforcement learning* (CoRL 2021) and Isaac Lab (`velocity/mdp/curriculums.py`), with two
+/// massively parallel deep reinforcement learning* (CoRL 2021) and Isaac Lab (`velocity/mdp/curriculums.py`), with three
 /// differences. They take the distance between the episode's ends and the speed commanded last; under commands that change
 /// every few seconds that tells little, so `progress_m` is the way made good along the commands and `commanded_m` the way
-/// commanded, both along the path \[m\]. And they let half a tile outweigh any command; here a robot that does not do
-/// half of what it is told goes down however far it drifted.
+/// commanded, both along the path \[m\]. They let half a tile outweigh any command; here a robot that does not do
+/// half of what it is told goes down however far it drifted. And they ask for half the way of a whole episode, so that an early fall sends
+/// a robot down; here both ways end with the fall, which costs reward and no level.
 pub fn next_level(
     level: usize,
     progress_m: f64,

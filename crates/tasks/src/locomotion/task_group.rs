@@ -115,7 +115,7 @@ impl TaskGroup {
             self.robots[lane].step += 1;
             let sound = self.group.is_sound(lane);
             let fell = !sound || self.group.has_fallen(lane);
-            // A robot whose state is no longer numbers is reset and counted; it neither earns nor teaches.
+            // A robot whose state is no longer numbers is reset and counted; it earns nothing, its episode ends as by a fall.
             out.rewards[lane] = if sound { self.reward(shared, lane, action, fell) } else { 0.0 };
             self.robots[lane].previous_action = *action;
             let robot = &self.robots[lane];
