@@ -32,10 +32,11 @@ macro_rules! stage {
     };
 }
 
-/// Walking on level ground, from nothing, in a quarter of an hour.
+/// Walking on level ground, from nothing, in minutes.
 pub const FLAT: &[StageFile] = &[stage!("level"), stage!("flat")];
-/// Walking on rough ground, from nothing: as told in a little more than an hour, finely in another.
-pub const ROUGH: &[StageFile] = &[stage!("level"), stage!("rough"), stage!("precise"), stage!("fine")];
+/// Walking on rough ground, from nothing, in an hour or two.
+pub const ROUGH: &[StageFile] =
+    &[stage!("level"), stage!("rough"), stage!("explore"), stage!("precise"), stage!("fine")];
 
 /// Names and settings of stages, all under `settings` (`key=value` each).
 ///

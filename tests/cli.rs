@@ -89,6 +89,7 @@ fn a_reproduction_refuses_what_it_cannot_use_before_it_trains() {
     // Nothing is trained there that a setting could be for.
     let idle = ["reproduce", "--everything", "--only", "pictures", "--set", "ppo.gamma=0.9"];
     refuses(&idle, &["--only", "--set"]);
+    refuses(&["reproduce", "--ground", "rough"], &["--from-scratch"]);
 }
 
 #[test]

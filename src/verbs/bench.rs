@@ -82,7 +82,7 @@ Examples:
 Stop it with Ctrl-C (or kill it) and start it again with the same words: it goes on where it was. It leaves
 runs/NAME/results.json, runs/NAME/learning.svg (score over time) and, for every training, a run folder with metrics.csv,
 checkpoints, policy.onnx, plots.svg and time_to_quality.csv. A training begins from nothing; walking is learned in stages
-(level, flat or level, rough, precise, fine: configs/locomotion), each in a run folder of its own, of which the last ignores
+(level, flat or level, rough, explore, precise, fine: configs/locomotion), each in a run folder of its own, of which the last ignores
 training.iterations. Operations are those needed: inference, update and simulation.";
 
 /// Names of the tasks.

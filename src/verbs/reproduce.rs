@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context as _, Result};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use guidedog::config::resolve_text;
 use guidedog::error::BadInput;
-use guidedog::evaluation::judge::{Arena, Setting};
-use guidedog::evaluation::report::{self, Curve, ReportData, TrainingCurves};
+use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::evaluation::report::{self, Curve, PathTrace, ReportData, TrainingCurves};
 use guidedog::evaluation::results::{Behavior, Results};
 use guidedog::evaluation::suite::suite;
 use guidedog::everything::{self, Section};
@@ -22,19 +22,23 @@ use guidedog::result_tables::table;
 use guidedog::run_config::{SHORT_SUPERVISOR_TRAINING, SupervisorRun};
 use guidedog::run_folder::RunFolder;
 use guidedog::say;
-use guidedog::stages;
+use guidedog::stages::{self, StageFile};
+use guidedog::tasks::locomotion::Terrain;
 use guidedog::training::Outcome;
 
 /// Trains the supervisor over the shipped locomotion policy, judges it and writes the report
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Name of the run: a folder in runs/ [default: reproduce, or from-scratch]
+    /// Name of the run: a folder in runs/ [default: reproduce, from-scratch or from-scratch-rough]
     #[arg(long)]
     name: Option<String>,
-    /// Train locomotion too, on flat ground
+    /// Train locomotion too, from nothing
     #[arg(long)]
     from_scratch: bool,
+    /// With --from-scratch, the ground to learn on: flat takes minutes, rough an hour or two
+    #[arg(long, value_enum, default_value = "flat", requires = "from_scratch")]
+    ground: TrainingGround,
     /// Then judge the shipped policies on every suite and ground, draw every picture, and play them in MuJoCo where a Python
     /// (PYTHON) has it; finished parts are kept
     #[arg(long)]
@@ -53,30 +57,63 @@ pub(crate) struct Arguments {
     episodes: u64,
 }
 
+/// Where `--from-scratch` learns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum TrainingGround {
+    /// Level ground alone: two stages, and half of a supervisor's training
+    Flat,
+    /// Level, then rough ground: five stages, and all of a supervisor's training
+    Rough,
+}
+
+impl TrainingGround {
+    /// Name of the run unless the user gives one.
+    fn run_name(self) -> &'static str {
+        match self {
+            Self::Flat => "from-scratch",
+            Self::Rough => "from-scratch-rough",
+        }
+    }
+
+    /// How walking is learned there.
+    fn stages(self) -> &'static [StageFile] {
+        match self {
+            Self::Flat => stages::FLAT,
+            Self::Rough => stages::ROUGH,
+        }
+    }
+}
+
+/// What is judged of the run itself; no baseline has this name.
+const LEARNED: &str = "learned";
+/// Level of the rough ground that is judged on, as everywhere.
+const ROUGH_LEVEL: usize = 5;
+
 const EXAMPLES: &str = "\
 Examples:
   guidedog reproduce                    a quarter of an hour on two cores
   guidedog reproduce --from-scratch     begins with a robot that cannot walk
+  guidedog reproduce --from-scratch --ground rough
   guidedog reproduce --seed 2 --name second
   guidedog reproduce --everything       all numbers and pictures of docs/results.md: hours; its tables of 1000
                                         episodes want --episodes 1000
   guidedog reproduce --everything --only mujoco
 
 Stop it with Ctrl-C and start it again with the same words: it goes on where it was. It leaves
-runs/NAME/report.html and runs/NAME/results.json.";
+runs/NAME/report.html and runs/NAME/results.json; after a training on rough ground results-rough.json, too.";
 
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let began = Instant::now();
     let interrupt = Interrupt::watch()?;
     let root = Path::new("runs");
-    let usual = if arguments.from_scratch { "from-scratch" } else { "reproduce" };
+    let usual = if arguments.from_scratch { arguments.ground.run_name() } else { "reproduce" };
     let name = arguments.name.as_deref().unwrap_or(usual);
     if arguments.only.is_some() {
         return everything(arguments, &root.join(name), &interrupt);
     }
     let seed = format!("training.seed={}", arguments.seed);
     let mut settings = [std::slice::from_ref(&seed), &arguments.set[..]].concat();
-    if arguments.from_scratch {
+    if arguments.from_scratch && arguments.ground == TrainingGround::Flat {
         let over_walk = std::iter::once("task.terrain=\"flat\"").chain(SHORT_SUPERVISOR_TRAINING);
         settings.splice(0..0, over_walk.map(str::to_owned));
     }
@@ -84,7 +121,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut config = supervisor(&settings)?;
     if arguments.from_scratch {
         let run = format!("{name}-locomotion");
-        let walk = stages::learn_all(root, &run, stages::FLAT, &[seed], &interrupt)?;
+        let walk = stages::learn_all(root, &run, arguments.ground.stages(), &[seed], &interrupt)?;
         let Some(walk) = walk else { return Ok(stopped()) };
         settings.insert(0, format!("task.locomotion={:?}", policies::name(&walk)?));
         config = supervisor(&settings)?;
@@ -95,14 +132,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Ok(stopped());
     }
     eprintln!("judging it beside its baselines");
-    let data = judge_all(&run, &config, arguments.episodes as usize, &interrupt)?;
-    let Some(mut data) = data else { return Ok(stopped()) };
-    data.notes.push(("wall time of this start".into(), format!("{} s", began.elapsed().as_secs())));
-    data.judged.write(&run.file("results.json")).context("results.json")?;
-    let path = run.file("report.html");
-    report::write(&data, &path).with_context(|| path.display().to_string())?;
-    say!("{}", table(&data.judged));
-    say!("report: {}", path.display());
+    if !judge_and_report(&run, &config, arguments.episodes as usize, began, &interrupt)? {
+        return Ok(stopped());
+    }
     if arguments.everything { everything(arguments, run.path(), &interrupt) } else { Ok(ExitCode::SUCCESS) }
 }
 
@@ -123,47 +155,88 @@ fn stopped() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Judges the run's supervisor and the baselines on the same episodes; `None` if the user stops it.
+/// Judges supervisors over the run's walk, on the same episodes, `learned` being the run's own; theirs are the paths that come with
+/// the results. `None` if the user stops it.
 fn judge_all(
     run: &RunFolder,
     config: &SupervisorRun,
-    episodes: usize,
+    setting: Setting,
+    supervisors: &[&str],
     interrupt: &Interrupt,
-) -> Result<Option<ReportData>> {
+) -> Result<Option<(Vec<Results>, Vec<PathTrace>)>> {
     let locomotion = &config.task.locomotion;
-    let setting = Setting { episodes, seed: config.training.seed, ..Setting::default() };
+    let setting = Setting { seed: config.training.seed, ..setting };
     let arena = Arena::new(policies::locomotion(locomotion)?, setting).map_err(anyhow::Error::msg)?;
     let cases = suite("paper17").context("the suite paper17")?;
-    let own = run.file("policy.onnx").display().to_string();
-    let mut all: Vec<Results> = Vec::new();
-    let mut data = ReportData { title: "guidedog: every pull understood?".into(), ..ReportData::default() };
-    for source in [own.as_str(), "rules", "dominance", "oracle"] {
+    let (mut all, mut paths): (Vec<Results>, _) = (Vec::new(), Vec::new());
+    for &name in supervisors {
         if interrupt.requested() {
             return Ok(None);
         }
-        let supervisor = policies::supervisor(source)?;
-        let name = if source == own { "learned" } else { source };
+        let own = name == LEARNED;
+        let source = if own { run.file("policy.onnx").display().to_string() } else { name.to_owned() };
         let names =
             Names { suite: "paper17".into(), locomotion: locomotion.clone(), supervisor: name.into() };
         let oracle = all.first().map(|results| results.oracle_reward);
-        let (results, traces) = judge(&arena, &supervisor, &cases, &names, oracle)?;
-        if source == own {
-            data.traces = traces;
+        let (results, traces) = judge(&arena, &policies::supervisor(&source)?, &cases, &names, oracle)?;
+        if own {
+            paths = traces;
         }
         all.push(results);
     }
-    data.judged = all.remove(0);
-    data.baselines = all;
-    data.training = training_curves(run)?;
-    data.notes = vec![
-        ("locomotion policy".into(), locomotion.clone()),
+    Ok(Some((all, paths)))
+}
+
+/// Judges on level ground, beside the baselines, and writes the report; with a training on rough ground there, too. False if the user
+/// stops it.
+fn judge_and_report(
+    run: &RunFolder,
+    config: &SupervisorRun,
+    episodes: usize,
+    began: Instant,
+    interrupt: &Interrupt,
+) -> Result<bool> {
+    let level = Setting { episodes, ..Setting::default() };
+    let supervisors = [LEARNED, "rules", "dominance", "oracle"];
+    let Some((mut all, traces)) = judge_all(run, config, level, &supervisors, interrupt)? else {
+        return Ok(false);
+    };
+    let data = ReportData {
+        title: "guidedog: every pull understood?".into(),
+        judged: all.remove(0),
+        baselines: all,
+        traces,
+        training: training_curves(run)?,
+        notes: notes(config, began),
+    };
+    data.judged.write(&run.file("results.json")).context("results.json")?;
+    let path = run.file("report.html");
+    report::write(&data, &path).with_context(|| path.display().to_string())?;
+    say!("{}", table(&data.judged));
+    if config.task.terrain == Terrain::Rough {
+        eprintln!("judging it on rough ground");
+        let rough = Setting { ground: Ground::Rough, level: ROUGH_LEVEL, episodes, ..Setting::default() };
+        let Some((all, _)) = judge_all(run, config, rough, &[LEARNED], interrupt)? else {
+            return Ok(false);
+        };
+        all[0].write(&run.file("results-rough.json")).context("results-rough.json")?;
+        say!("\n{}", table(&all[0]));
+    }
+    say!("report: {}", path.display());
+    Ok(true)
+}
+
+/// What the report says of the training.
+fn notes(config: &SupervisorRun, began: Instant) -> Vec<(String, String)> {
+    vec![
+        ("locomotion policy".into(), config.task.locomotion.clone()),
         ("seed".into(), config.training.seed.to_string()),
         ("robots trained on".into(), config.training.num_envs.to_string()),
         ("iterations".into(), config.training.iterations.to_string()),
         ("ground trained on".into(), format!("{:?}", config.task.terrain).to_lowercase()),
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
-    ];
-    Ok(Some(data))
+        ("wall time of this start".into(), format!("{} s", began.elapsed().as_secs())),
+    ]
 }
 
 fn training_curves(run: &RunFolder) -> Result<Option<TrainingCurves>> {

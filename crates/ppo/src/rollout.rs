@@ -148,10 +148,10 @@ impl Rollout {
             for (env, smooth) in row.chunks_exact_mut(actions).enumerate() {
                 let sample = step * num_envs + env;
                 let of = |sample: usize| &means[sample * actions..][..actions];
-                let before = (step > 0 && !ends(sample - num_envs)).then(|| sample - num_envs);
-                let after = (step + 1 < steps && !ends(sample)).then_some(sample + num_envs);
+                // One neighbor alone would price all change, a stride's as much as a twitch.
+                let between = step > 0 && !ends(sample - num_envs) && step + 1 < steps && !ends(sample);
                 let [before, after] =
-                    [before.or(after), after.or(before)].map(|near| of(near.unwrap_or(sample)));
+                    if between { [sample - num_envs, sample + num_envs] } else { [sample; 2] }.map(of);
                 for ((smooth, before), after) in smooth.iter_mut().zip(before).zip(after) {
                     *smooth = 0.5 * (before + after);
                 }
@@ -229,11 +229,12 @@ mod tests {
             rollout.smooth_means();
             rollout.smooth_means.chunks_exact(2).map(|row| row[0]).collect::<Vec<_>>()
         };
-        assert_eq!(smooth(&mut rollout), [1.0, 2.0, 5.0, 4.0]);
+        assert_eq!(smooth(&mut rollout), [0.0, 2.0, 5.0, 9.0], "at the ends: itself");
         rollout.truncated[2] = true;
-        assert_eq!(smooth(&mut rollout), [1.0, 0.0, 9.0, 4.0]);
+        assert_eq!(smooth(&mut rollout), [0.0, 1.0, 4.0, 9.0], "nor across an episode's end");
+        rollout.truncated[2] = false;
         rollout.terminated[4] = true;
-        assert_eq!(smooth(&mut rollout), [1.0, 0.0, 4.0, 9.0], "alone: itself");
+        assert_eq!(smooth(&mut rollout), [0.0, 2.0, 4.0, 9.0]);
         assert!(rollout.smooth_means.chunks_exact(2).all(|row| row[1] == 0.0));
     }
 
