@@ -19,6 +19,8 @@ use tasks::guidance::Supervisor;
 
 use crate::progress::Progress;
 
+/// Level of rough ground and stairs that is judged on unless another is asked for.
+pub const LEVEL: usize = 5;
 /// Robots over which the behavior reward is averaged.
 const REWARD_ROBOTS: usize = 1024;
 

@@ -256,8 +256,7 @@ where
     }
     let Start::From(source) = start else { return Ok(Vec::new()) };
     let is_policy = source.extension().is_some_and(|extension| extension == "onnx");
-    let file = if is_policy { Ok(source.clone()) } else { newest_of(source) };
-    let kind = if is_policy { POLICY } else { WEIGHTS };
+    let (kind, file) = if is_policy { (POLICY, Ok(source.clone())) } else { (WEIGHTS, newest_of(source)) };
     let found = file.and_then(|file| Ok((begin_with(kind, &file)?, file)));
     let (found, file) = found.or_bad_input(|| format!("--init-from {}", source.display()))?;
     let said = format!("{} crc32c {:08x}\n", file.display(), crc32c::crc32c(&found[1..]));

@@ -73,6 +73,8 @@ fn last_good(run: &RunFolder) -> String {
 /// The two records of a run's numbers: one for programs, one for TensorBoard.
 struct Log {
     folder: PathBuf,
+    /// The iteration after which this session goes on.
+    first: u64,
     table: MetricsTable,
     events: EventWriter,
 }
@@ -84,7 +86,7 @@ impl Log {
             MetricsTable::open(&path, first).with_context(|| format!("cannot use {}", path.display()))?;
         let begin = || format!("cannot begin an event file in {}", run.path().display());
         let events = EventWriter::create(run.path(), first + 1).with_context(begin)?;
-        Ok(Self { folder: run.path().to_owned(), table, events })
+        Ok(Self { folder: run.path().to_owned(), first, table, events })
     }
 
     fn append(&mut self, iteration: u64, row: &[(String, f64)]) -> Result<()> {
@@ -95,6 +97,10 @@ impl Log {
     }
 
     fn distributions(&mut self, learner: &dyn Learner) -> Result<()> {
+        if learner.iteration() == self.first {
+            // No iteration was made here, so there is none to tell of.
+            return Ok(());
+        }
         let values = learner.distributions();
         let written = self.events.histograms(learner.iteration(), &values);
         written.with_context(|| cannot_write_events(&self.folder))

@@ -142,10 +142,7 @@ pub fn train(
             session.save(learner)?;
         }
     }
-    // What was finished before is as it was saved.
-    if learner.iteration() > first || run.checkpoints()?.is_empty() {
-        session.save(learner)?;
-    }
+    session.save(learner)?;
     progress.finish(&message);
     let finished = learner.iteration() >= settings.iterations;
     Ok(if finished { Outcome::Finished } else { Outcome::Interrupted })
@@ -240,6 +237,17 @@ mod tests {
         assert_eq!(kept, [10, 9, 8]);
         assert_eq!(fs::read_to_string(run.best_checkpoint()).unwrap(), "5");
         assert_eq!(column(&run), (1..=10).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_finished_run_that_lost_its_policy_gets_it_again() {
+        let run = run();
+        train(&mut Counter::new(0), &run, &settings(), &[], &Interrupt::default(), None).unwrap();
+        fs::remove_file(run.file("policy.onnx")).unwrap();
+        let outcome =
+            train(&mut Counter::new(10), &run, &settings(), &[], &Interrupt::default(), None).unwrap();
+        assert_eq!(outcome, Outcome::Finished);
+        assert!(run.file("policy.onnx").exists());
     }
 
     #[test]

@@ -18,13 +18,11 @@ use evaluation::results::Results;
 use evaluation::suite::{Case, episodes, suite};
 
 use crate::interrupt::Interrupt;
-use crate::judging::{Names, judge, judge_record, with_progress, write_plan};
+use crate::judging::{LEVEL, Names, judge, judge_record, with_progress, write_plan};
 use crate::policies::{self, SHIPPED};
 use crate::result_tables::{side_by_side, table};
 use crate::run_folder::write_atomic;
 
-/// Level of rough ground and stairs.
-const LEVEL: usize = 5;
 /// Episodes of a case in the other engine, which is slower. On level ground they are hardly more than one (docs/engines.md).
 const OTHER_ENGINE: [(Ground, usize); 3] = [(Ground::Flat, 20), (Ground::Rough, 40), (Ground::Stairs, 40)];
 /// Control steps of a figure over time: 10 s.

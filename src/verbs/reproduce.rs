@@ -14,7 +14,7 @@ use guidedog::evaluation::results::{Behavior, Results};
 use guidedog::evaluation::suite::suite;
 use guidedog::everything::{self, Section};
 use guidedog::interrupt::Interrupt;
-use guidedog::judging::{Names, judge};
+use guidedog::judging::{LEVEL, Names, judge};
 use guidedog::learner::{Start, Training};
 use guidedog::metrics::MetricsTable;
 use guidedog::policies;
@@ -86,8 +86,6 @@ impl TrainingGround {
 
 /// What is judged of the run itself; no baseline has this name.
 const LEARNED: &str = "learned";
-/// Level of the rough ground that is judged on, as everywhere.
-const ROUGH_LEVEL: usize = 5;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -215,7 +213,7 @@ fn judge_and_report(
     say!("{}", table(&data.judged));
     if config.task.terrain == Terrain::Rough {
         eprintln!("judging it on rough ground");
-        let rough = Setting { ground: Ground::Rough, level: ROUGH_LEVEL, episodes, ..Setting::default() };
+        let rough = Setting { ground: Ground::Rough, level: LEVEL, episodes, ..Setting::default() };
         let Some((all, _)) = judge_all(run, config, rough, &[LEARNED], interrupt)? else {
             return Ok(false);
         };

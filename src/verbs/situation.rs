@@ -4,6 +4,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use guidedog::error::BadInput;
 use guidedog::evaluation::judge::{Arena, Ground, Setting};
+use guidedog::judging::LEVEL;
 use guidedog::policies::{self, SHIPPED};
 
 #[derive(Debug, Args)]
@@ -18,7 +19,7 @@ pub(crate) struct Situation {
     #[arg(long, value_enum, default_value_t = GroundName::Flat)]
     ground: GroundName,
     /// Level of every tile of rough ground or stairs, 0 to 9
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(0..=9))]
+    #[arg(long, default_value_t = LEVEL as u64, value_parser = clap::value_parser!(u64).range(0..=9))]
     level: u64,
     /// Seed of all draws
     #[arg(long, default_value_t = 1)]

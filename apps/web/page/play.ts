@@ -7,6 +7,7 @@ import { Frame } from "./frame.ts";
 import { bindGrab } from "./grab.ts";
 import { Plane } from "./plane.ts";
 import { Gamepad, Pull, bindKeys, inWords } from "./pull.ts";
+import { reasonOf } from "./reason.ts";
 import { Recorder, download } from "./recorder.ts";
 import type { View } from "./rig.ts";
 import { type Stage, stageIn } from "./scene.ts";
@@ -316,7 +317,7 @@ class Page {
       const bytes = await file.arrayBuffer();
       this.send({ kind: "load", name: file.name, file: bytes }, [bytes]);
     } catch (error) {
-      notice(`${file.name} cannot be read; is it a folder? ${error instanceof Error ? error.message : String(error)}`);
+      notice(`${file.name} cannot be read; is it a folder? ${reasonOf(error)}`);
     }
   }
 }

@@ -7,6 +7,7 @@ import { Frame } from "./frame.ts";
 import { bindGrab } from "./grab.ts";
 import { Simulation } from "./module.ts";
 import { inWords } from "./pull.ts";
+import { reasonOf } from "./reason.ts";
 import type { View } from "./rig.ts";
 import { type Stage, stageIn } from "./scene.ts";
 import { FIGURES_MS, SPEEDS, type SpeedRow, showLabels, showSpeeds, speedRow } from "./telling.ts";
@@ -48,7 +49,7 @@ export async function watch(): Promise<void> {
     const module = await Simulation.load(await answer.arrayBuffer());
     new Watching(module.describe());
   } catch (error) {
-    find("loading").textContent = `The training cannot be shown: ${error instanceof Error ? error.message : String(error)}`;
+    find("loading").textContent = `The training cannot be shown: ${reasonOf(error)}`;
   }
 }
 

@@ -2,6 +2,7 @@
 
 import type { FromWorker, Settings, ToWorker } from "./contract.ts";
 import { Simulation } from "./module.ts";
+import { reasonOf } from "./reason.ts";
 
 /** Time between two looks at the clock [ms]. */
 const TICK_MS = 8;
@@ -51,10 +52,8 @@ async function begin(): Promise<void> {
 function fail(error: unknown): void {
   clearInterval(ticking);
   self.onmessage = null;
-  send({ kind: "failed", reason: inWords(error) });
+  send({ kind: "failed", reason: reasonOf(error) });
 }
-
-const inWords = (error: unknown) => (error instanceof Error ? error.message : String(error));
 
 function tick(): void {
   const now = performance.now();
@@ -123,7 +122,7 @@ self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
   } catch (error) {
     if (error instanceof WebAssembly.RuntimeError) return fail(error);
     const what = data.kind === "load" ? data.name : data.kind === "configure" ? "settings" : data.kind;
-    send({ kind: "refused", what, reason: inWords(error) });
+    send({ kind: "refused", what, reason: reasonOf(error) });
   }
 };
 
