@@ -163,12 +163,13 @@ fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
     unwhiten_velocity(structure, &w.factor, &w.inverse_diagonal, &w.whitened, &mut w.velocity);
 }
 
-/// Takes all impulses back by one common share where together they would add kinetic energy.
+/// Takes all impulses back by one common share where together they would add energy.
 ///
 /// Hard contacts and limits cannot, but for what pushing out of an overlap takes. A fixed number of sweeps can: beyond some
-/// friction a sliding contact has no solution (Painlevé), and the sweeps run away. In whitened coordinates the
-/// kinetic energy is ½ |x|², so along the change d of x it is a parabola, and the share is where that comes back to
-/// its beginning.
+/// friction a sliding contact has no solution (Painlevé), and the sweeps run away. What counts as
+/// energy is ½ |x|² in whitened coordinates, which is ½ vᵀ (M + armature + dt · damping) v: the kinetic energy, and with servos
+/// on half of what their damping takes of it in a step. Along the change d of x it is a parabola, and the share is where
+/// that comes back to its beginning.
 #[inline(never)]
 fn forbid_energy_gain<L: Lane>(
     structure: &Structure<L::Scalar>,

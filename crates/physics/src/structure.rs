@@ -56,18 +56,19 @@ impl Axis {
     /// `r_bp` turned by `angle` \[rad\] about the axis.
     #[inline(always)]
     pub(crate) fn turn<L: Lane>(self, r_bp: &Mat3<L>, angle: L) -> Mat3<L> {
-        let Self::Frame(i, sign) = self else {
-            let Self::General(axis) = self else { unreachable!() };
-            return *r_bp * Mat3::from_axis_angle(axis, angle);
-        };
-        let (s, c) = angle.sin_cos();
-        let s = s * L::splat(sign);
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let mut turned = *r_bp;
-        let (pj, pk) = (r_bp.columns[j], r_bp.columns[k]);
-        turned.columns[j] = pj.scale_add(c, pk.scale(s));
-        turned.columns[k] = pk.scale_add(c, -pj.scale(s));
-        turned
+        match self {
+            Self::Frame(i, sign) => {
+                let (s, c) = angle.sin_cos();
+                let s = s * L::splat(sign);
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                let mut turned = *r_bp;
+                let (pj, pk) = (r_bp.columns[j], r_bp.columns[k]);
+                turned.columns[j] = pj.scale_add(c, pk.scale(s));
+                turned.columns[k] = pk.scale_add(c, -pj.scale(s));
+                turned
+            }
+            Self::General(axis) => *r_bp * Mat3::from_axis_angle(axis, angle),
+        }
     }
 
     /// The axis in the base frame, given the link's rotation.

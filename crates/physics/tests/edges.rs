@@ -155,23 +155,62 @@ fn no_ball_passes_where_two_walls_meet() {
     assert!(deepest < 1e-7 && fastest < 1e-6, "{deepest:e} m into a wall, goes on with {fastest:e} m/s");
 }
 
-#[test]
-fn the_upright_edge_of_a_box_is_felt() {
+/// Moves a ball at 2 m/s, its center at `height` \[m\], toward the upright edge at (1, 1) m from seventeen directions, up to 20 mm
+/// aside; the deepest it gets into it.
+fn deepest_into_the_edge(ground: &HeightField, height: f64, config: &Config) -> f64 {
     let mut deepest = 0.0_f64;
     for degrees in (5..90).step_by(5) {
         let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
         for offset in [-0.02, -0.01, -0.001, 0.0, 0.001, 0.01, 0.02] {
-            let start = [1.0 - 0.12 * cos - offset * sin, 1.0 - 0.12 * sin + offset * cos, RADIUS];
-            let mut ball =
-                Roller::new(RADIUS, boxed(), Config::default(), start).moving([2.0 * cos, 2.0 * sin, 0.0]);
+            let start = [1.0 - 0.12 * cos - offset * sin, 1.0 - 0.12 * sin + offset * cos, height];
+            let mut ball = Roller::new(RADIUS, ground.clone(), config.clone(), start).moving([
+                2.0 * cos,
+                2.0 * sin,
+                0.0,
+            ]);
             for _ in 0..60 {
                 ball.step();
                 let [x, y, z] = ball.position().to_array();
                 let (out_x, out_y) = ((1.0 - x).max(0.0), (1.0 - y).max(0.0));
-                assert!((z - RADIUS).abs() < 1e-9, "{degrees}°, {offset} m aside: climbed to {z}");
+                assert!((z - height).abs() < 1e-9, "{degrees}°, {offset} m aside: climbed to {z}");
                 deepest = deepest.max(RADIUS - out_x.hypot(out_y));
             }
         }
     }
+    deepest
+}
+
+#[test]
+fn the_upright_edge_of_a_box_is_felt() {
+    let deepest = deepest_into_the_edge(&boxed(), RADIUS, &Config::default());
     assert!(deepest < 1e-7, "{deepest:e} m into a wall");
+}
+
+#[test]
+fn so_is_one_that_rises_behind_lower_boxes() {
+    let weightless = Config { gravity: [0.0; 3], ..Config::default() };
+    // Own cell at 0, the two beside it at any height below the ball, the one across above it.
+    for [beside_x, beside_y] in [[0.02, -0.1], [-0.1, 0.02], [0.02, 0.05], [0.05, 0.05], [-0.1, -0.1]] {
+        let ground = cells(0.1, |column, row| {
+            [[[0.0, beside_x], [beside_y, 0.35]][usize::from(row >= 10)][usize::from(column >= 10)]; 4]
+        });
+        let deepest = deepest_into_the_edge(&ground, 0.2, &weightless);
+        assert!(deepest < 1e-7, "beside {beside_x} and {beside_y} m: {deepest:e} m into a wall");
+    }
+}
+
+#[test]
+fn a_wall_is_solid_up_to_half_a_meter_above_its_foot() {
+    let ground = cells(0.1, |column, _| [if column >= 10 { 1.0 } else { 0.0 }; 4]);
+    let weightless = Config { gravity: [0.0; 3], ..Config::default() };
+    let end = |height: f64| {
+        let mut ball = Roller::new(RADIUS, ground.clone(), weightless.clone(), [0.9, 0.55, height]);
+        ball = ball.moving([2.0, 0.0, 0.0]);
+        (0..60).for_each(|_| ball.step());
+        ball.position()
+    };
+    assert!((end(0.49).x - AT_RISER).abs() < 1e-6);
+    // Further up it passes into the wall, and is lifted out.
+    let within = end(0.51);
+    assert!(within.x > 1.0 && within.z > 0.6, "{within:?}");
 }

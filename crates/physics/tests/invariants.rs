@@ -85,10 +85,10 @@ fn inverse_dynamics_gives_back_what_forward_dynamics_was_given() {
     assert!(worst < 1e-11, "off by {worst:e} of the largest force");
 }
 
-/// Mean over trees of how far energy, angular and linear momentum get in 0.25 s without contact, relative to what
-/// there is.
+/// How far energy, angular and linear momentum get in 0.25 s without contact, relative to what there is: the worst of all
+/// trees.
 fn drift(time_step: f64, gravity: f64) -> [f64; 3] {
-    let mut sum = [0.0; 3];
+    let mut worst = [0.0_f64; 3];
     for case in 0..TREES {
         let mut random = stream(case);
         let mut config = passive(time_step);
@@ -101,19 +101,33 @@ fn drift(time_step: f64, gravity: f64) -> [f64; 3] {
             block.step(&engine);
         }
         let ([angular_after, linear_after], _) = block.momentum_and_energy(&engine);
-        sum[0] += (energy(&engine, &mut block) - before).abs() / kinetic;
-        sum[1] += (angular_after - angular).norm() / angular.norm();
-        sum[2] += (linear_after - linear).norm() / linear.norm();
+        let drifts = [
+            (energy(&engine, &mut block) - before).abs() / kinetic,
+            (angular_after - angular).norm() / angular.norm(),
+            (linear_after - linear).norm() / linear.norm(),
+        ];
+        for (worst, drift) in worst.iter_mut().zip(drifts) {
+            *worst = worst.max(drift);
+        }
     }
-    sum.map(|sum| sum / TREES as f64)
+    worst
 }
 
+/// Asserts that a drift is below `most` at 1 ms, and a quarter as large at 0.25 ms: the integrator is of first order.
+#[track_caller]
+fn assert_first_order(what: &str, coarse: f64, fine: f64, most: f64) {
+    assert!(coarse < most, "{what}: {coarse:e} at 1 ms, not below {most:e}");
+    assert!((0.2..0.3).contains(&(fine / coarse)), "{what}: {coarse:e} at 1 ms, {fine:e} at 0.25 ms");
+}
+
+/// Measured at 1 ms: 5.6e-3, 4.5e-3 and 3.0e-3, falling 6.3e-2.
 #[test]
 fn energy_and_momentum_are_kept_ever_better_by_shorter_steps() {
     let (coarse, fine) = (drift(1e-3, 0.0), drift(2.5e-4, 0.0));
-    for (coarse, fine) in coarse.into_iter().zip(fine) {
-        assert!(coarse < 0.02 && fine < coarse / 3.0, "{coarse:e} at 1 ms, {fine:e} at 0.25 ms");
+    for (i, (what, most)) in
+        [("energy", 6e-3), ("angular momentum", 5e-3), ("linear momentum", 3.3e-3)].into_iter().enumerate()
+    {
+        assert_first_order(what, coarse[i], fine[i], most);
     }
-    let (coarse, fine) = (drift(1e-3, 9.81)[0], drift(2.5e-4, 9.81)[0]);
-    assert!(coarse < 0.02 && fine < coarse / 3.0, "falling: {coarse:e} at 1 ms, {fine:e} at 0.25 ms");
+    assert_first_order("energy, falling", drift(1e-3, 9.81)[0], drift(2.5e-4, 9.81)[0], 7e-2);
 }

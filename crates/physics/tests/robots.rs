@@ -1,12 +1,15 @@
 //! Robots of many shapes on the ground: whatever hangs on what, they come to rest, the ground carries their weight, and
 //! every joint is in balance.
 
+mod trees;
+
 use std::sync::Arc;
 
-use physics::{Block, Config, Engine, State};
+use physics::{Block, Config, Engine};
 use robot::{JointKind, RobotModel, parse_urdf};
-use spatial::{Mat3, Quat, Vec3};
+use spatial::{Quat, Vec3};
 use terrain::HeightField;
+use trees::poses;
 
 const STEPS: usize = 2000;
 
@@ -24,23 +27,9 @@ fn drop(robot: RobotModel, height: f64, target: impl Fn(&str) -> f64) -> (Engine
     (engine, block)
 }
 
-/// Attitude and origin of every link in the world.
-fn poses(robot: &RobotModel, state: &State<f64>) -> Vec<(Mat3<f64>, Vec3<f64>)> {
-    let mut poses = vec![(state.base_orientation.to_matrix(), state.base_position)];
-    for (joint, &q) in robot.joints.iter().zip(&state.joint_position) {
-        let (r, p) = poses[joint.parent_link];
-        let origin = r * joint.origin + p;
-        poses.push(match joint.kind {
-            JointKind::Revolute => (r * Mat3::from_axis_angle(joint.axis.to_array(), q), origin),
-            JointKind::Prismatic => (r, r * joint.axis.scale(q) + origin),
-        });
-    }
-    poses
-}
-
 /// What the ground's forces are worth at each joint: the virtual work of a unit motion \[N m or N\].
 fn ground_torque(robot: &RobotModel, block: &Block<f64>) -> Vec<f64> {
-    let poses = poses(robot, &block.state);
+    let poses = poses(robot, block);
     let mut torque = vec![0.0; robot.joints.len()];
     for (sphere, &force) in robot.contacts.iter().zip(&block.output.contact_force) {
         let (r, p) = poses[sphere.link];

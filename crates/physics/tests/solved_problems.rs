@@ -2,6 +2,7 @@
 
 #[path = "fixture/brick.rs"]
 mod brick;
+mod trees;
 
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use physics::{Block, Config, Engine};
 use robot::{Joint, JointKind, Link, RobotModel};
 use spatial::{Inertia, Quat, Vec3};
 use terrain::HeightField;
+use trees::passive;
 
 const DT: f64 = 0.005;
 
@@ -46,13 +48,6 @@ fn engine(robot: RobotModel, ground: HeightField, config: Config) -> Engine<f64>
     Engine::new(robot, Arc::new(ground), config)
 }
 
-fn passive() -> Config {
-    let mut config = Config::default();
-    config.actuator.stiffness = 0.0;
-    config.actuator.damping = 0.0;
-    config
-}
-
 /// Ground rising along x with the given gradient, through (0, 0, 0); one cell wide enough for any test.
 fn incline(gradient: f32) -> HeightField {
     let half = 50.0;
@@ -84,9 +79,7 @@ fn a_falling_body_falls_as_galileo_says() {
 
 #[test]
 fn a_pendulum_swings_with_its_period() {
-    let mut config = passive();
-    config.time_step = 1e-3;
-    let engine = engine(pendulum(), HeightField::flat(-100.0), config);
+    let engine = engine(pendulum(), HeightField::flat(-100.0), passive(1e-3));
     let mut block = Block::new(&engine);
     block.state.joint_position[0] = 0.1;
     let mut crossings = Vec::new();
@@ -111,10 +104,29 @@ fn a_pendulum_swings_with_its_period() {
 }
 
 #[test]
+fn a_servo_is_stable_up_to_the_stiffness_that_its_step_allows() {
+    // Inertia 1 kg m². With q' = q + dt v' and (I + dt kd) v' = I v - dt kp q, both roots are inside the unit circle while
+    // dt² kp < 2 (2 I + dt kd).
+    for damping in [1.0, 100.0] {
+        let limit = 2.0 * (2.0 + DT * damping) / (DT * DT);
+        let after = |stiffness: f64| {
+            let mut config = Config { gravity: [0.0; 3], ..passive(DT) };
+            (config.actuator.stiffness, config.actuator.damping) = (stiffness, damping);
+            let engine = engine(pendulum(), HeightField::flat(-100.0), config);
+            let mut block = Block::new(&engine);
+            // So little that no torque reaches the motor's limit.
+            block.state.joint_position[0] = 1e-9;
+            (0..4000).for_each(|_| block.step(&engine));
+            block.state.joint_velocity[0].abs()
+        };
+        let (below, above) = (after(0.99 * limit), after(1.01 * limit));
+        assert!(below < 1e-9 && above > 1e-2, "damping {damping}: {below:e} and {above:e} rad/s");
+    }
+}
+
+#[test]
 fn a_torque_free_body_keeps_energy_and_angular_momentum() {
-    let mut config = passive();
-    config.gravity = [0.0; 3];
-    config.time_step = 1e-4;
+    let config = Config { gravity: [0.0; 3], ..passive(1e-4) };
     let engine = engine(brick(), HeightField::flat(-100.0), config);
     let mut block = Block::new(&engine);
     block.state.base_angular_velocity = Vec3::splat([0.1, 5.0, 0.1]);

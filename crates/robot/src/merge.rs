@@ -80,7 +80,7 @@ pub(crate) fn merge(
 }
 
 /// Order of parts among the contacts.
-pub(crate) fn rank(part: BodyPart) -> usize {
+fn rank(part: BodyPart) -> usize {
     match part {
         BodyPart::Foot => 0,
         BodyPart::Hand => 1,

@@ -1,8 +1,6 @@
 //! Reading URDF: the elements of the file as they stand, every number checked.
 //!
-//! What is read: links with inertial and collision (sphere, box, cylinder; meshes are passed over), joints of type
-//! revolute, continuous, prismatic and fixed. One extension: `<dynamics armature="…">`, the rotor inertia seen at the
-//! joint \[kg m² or kg\], 0 where absent. Shape into a tree: `merge.rs`.
+//! What is read is said at [`parse_urdf`]. Shape into a tree: `merge.rs`.
 
 use std::path::Path;
 
@@ -43,7 +41,7 @@ pub(crate) struct RawJoint {
     pub(crate) armature: f64,
 }
 
-/// Reads a robot from a URDF file.
+/// Reads a robot from a URDF file, as [`parse_urdf`] does.
 ///
 /// # Errors
 /// Anything [`RobotError`] names.
@@ -55,8 +53,16 @@ pub fn load_urdf(path: &Path) -> Result<RobotModel, RobotError> {
 
 /// Reads a robot from the text of a URDF file.
 ///
+/// What is read: links with inertial and collision (sphere, box, cylinder; meshes are passed over), joints of type
+/// revolute, continuous, prismatic and fixed. One extension: `<dynamics armature="…">`, the rotor inertia seen at the
+/// joint \[kg m² or kg\], 0 where absent.
+///
+/// `damping` and `friction` of `<dynamics>` are passed over: `physics` has servos of its own at the joints and no other
+/// friction there. The official description of ANYmal D gives 0 at the legs; only the joints of its inspection payload, which
+/// ours does not carry, have others.
+///
 /// # Errors
-/// Anything [`RobotError`] names.
+/// Anything [`RobotError`] names; among it a `<mimic>` at a joint that moves.
 pub fn parse_urdf(text: &str) -> Result<RobotModel, RobotError> {
     let document = Document::parse(text)?;
     let robot = document.root_element();
@@ -215,6 +221,10 @@ fn read_motion(
     continuous: bool,
     joint: &mut RawJoint,
 ) -> Result<(), RobotError> {
+    if let Some(mimic) = child(node, "mimic") {
+        let followed = attribute(mimic, owner, "joint")?;
+        return Err(RobotError::value(owner, "<mimic>", followed, "absent, as no joint can follow another"));
+    }
     if let Some(axis) = child(node, "axis") {
         let text = attribute(axis, owner, "xyz")?;
         let axis = Vec3::splat(numbers::<3>(text, owner, "axis")?);

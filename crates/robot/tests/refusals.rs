@@ -76,6 +76,17 @@ fn joints_are_checked() {
 }
 
 #[test]
+fn a_joint_that_follows_another_is_refused() {
+    let mimic = r#"<mimic joint="i" multiplier="-1"/><axis"#;
+    let follower = |kind| joint("j", kind, "b", "c").replace("<axis", mimic);
+    let body = link("a") + &link("b") + &link("c") + &joint("i", "revolute", "a", "b");
+    let message = refusal(&(body.clone() + &follower("revolute")));
+    assert_eq!(message, "joint `j`: <mimic> is `i`, must be absent, as no joint can follow another");
+    // One that is fixed follows nothing.
+    assert!(parse_urdf(&format!(r#"<robot name="r">{body}{}</robot>"#, follower("fixed"))).is_ok());
+}
+
+#[test]
 fn inertias_are_checked() {
     let with = |link: &str| refusal(&(self::link("a") + link + &joint("j", "revolute", "a", "b")));
     assert_names(&with(r#"<link name="b"/>"#), &["`b`", "mass"]);

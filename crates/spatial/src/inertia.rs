@@ -12,7 +12,7 @@ use crate::{lane::Lane, matrix::Mat3, vector::Vec3};
 pub struct Inertia<L> {
     /// Mass \[kg\].
     pub mass: L,
-    /// Mass times centre of mass \[kg m\].
+    /// Mass times center of mass \[kg m\].
     pub moment: Vec3<L>,
     /// Rotational inertia about the origin, `[xx, yy, zz, xy, xz, yz]` \[kg m²\].
     pub rotational: [L; 6],
@@ -25,7 +25,7 @@ impl<L: Lane> Inertia<L> {
         Self { mass: L::zero(), moment: Vec3::zero(), rotational: [L::zero(); 6] }
     }
 
-    /// From mass, centre of mass and inertia about the centre of mass (`[xx, yy, zz, xy, xz, yz]`).
+    /// From mass, center of mass and inertia about the center of mass (`[xx, yy, zz, xy, xz, yz]`).
     #[inline(always)]
     pub fn from_center_of_mass(mass: L, center: Vec3<L>, about_center: [L; 6]) -> Self {
         let c = center;
@@ -129,15 +129,6 @@ impl<L: Lane> Inertia<L> {
         (self.moment.cross(linear), linear.scale(self.mass))
     }
 
-    /// The inertia of one lane as plain numbers.
-    pub fn lane(&self, lane: usize) -> Inertia<f64> {
-        Inertia {
-            mass: self.mass.get(lane),
-            moment: Vec3::splat(self.moment.get(lane)),
-            rotational: self.rotational.map(|x| x.get(lane)),
-        }
-    }
-
     /// Replaces the inertia of one lane.
     pub fn set(&mut self, lane: usize, inertia: &Inertia<f64>) {
         self.mass.set(lane, inertia.mass);
@@ -158,7 +149,7 @@ impl Inertia<f64> {
         }
     }
 
-    /// Centre of mass \[m\]; zero for a massless body.
+    /// Center of mass \[m\]; zero for a massless body.
     pub fn center_of_mass(&self) -> Vec3<f64> {
         if self.mass == 0.0 { Vec3::zero() } else { self.moment.scale(1.0 / self.mass) }
     }

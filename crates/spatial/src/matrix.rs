@@ -40,13 +40,7 @@ impl<L: Lane> Mat3<L> {
             Vec3::new(vz.mul_add(x, s * y), vz.mul_add(y, -(s * x)), vz.mul_add(z, c)),
         )
     }
-    /// The transposed matrix; the inverse of a rotation.
-    #[inline(always)]
-    pub fn transpose(self) -> Self {
-        let [a, b, c] = self.columns;
-        Self::from_columns(Vec3::new(a.x, b.x, c.x), Vec3::new(a.y, b.y, c.y), Vec3::new(a.z, b.z, c.z))
-    }
-    /// `selfᵀ v`, without forming the transpose.
+    /// `selfᵀ v`: what undoes a rotation.
     #[inline(always)]
     pub fn transpose_mul(self, v: Vec3<L>) -> Vec3<L> {
         let [a, b, c] = self.columns;
@@ -77,12 +71,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rotation_times_its_transpose_is_the_identity() {
+    fn the_transpose_of_a_rotation_undoes_it() {
         let axis = [2.0 / 7.0, -3.0 / 7.0, 6.0 / 7.0];
         let r = Mat3::<f64>::from_axis_angle(axis, 1.1);
-        let product = r * r.transpose();
-        for (column, unit) in product.columns.iter().zip(Mat3::<f64>::identity().columns) {
-            assert!((*column - unit).norm() < 1e-15);
+        for (column, unit) in r.columns.iter().zip(Mat3::<f64>::identity().columns) {
+            assert!((r.transpose_mul(*column) - unit).norm() < 1e-15);
         }
         // A quarter turn about z takes x to y.
         let quarter = Mat3::<f64>::from_axis_angle([0.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2);

@@ -44,9 +44,9 @@ impl<L: Lane> Quat<L> {
             z: self.w * o.z + self.x * o.y - self.y * o.x + self.z * o.w,
         }
     }
-    /// Turns by the body-frame angular velocity `w_wb_b` \[rad/s\] during `dt` \[s\] and renormalises.
+    /// Turns by the body-frame angular velocity `w_wb_b` \[rad/s\] during `dt` \[s\] and renormalizes.
     ///
-    /// The increment `(1, ω dt / 2)` normalised is a rotation by `2 atan(|ω| dt / 2)`: the exponential map
+    /// The increment `(1, ω dt / 2)` normalized is a rotation by `2 atan(|ω| dt / 2)`: the exponential map
     /// to second order, exact in axis.
     #[inline(always)]
     pub fn integrate(self, w_wb_b: Vec3<L>, dt: L) -> Self {

@@ -7,7 +7,7 @@
 /// Corner heights of a cell \[m\]: at (x0, y0), (x1, y0), (x0, y1), (x1, y1).
 pub type Cell = [f32; 4];
 
-/// Ground over a rectangle; outside it the border cells go on flat.
+/// Ground over a rectangle; outside it the heights along its border go on level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightField {
     /// Edge of a square cell \[m\].
@@ -28,19 +28,25 @@ impl HeightField {
         Self { cell_size: 0.1, origin: [-0.05, -0.05], columns: 1, rows: 1, cells: vec![[z; 4]] }
     }
 
-    /// The cell at (`column`, `row`), clamped to the field.
+    /// The cell at (`column`, `row`). One outside the field has the heights of the border next to it, and goes on level
+    /// outward, as [`HeightField::height`] does.
     #[inline(always)]
     pub fn cell(&self, column: i64, row: i64) -> Cell {
-        let column = column.clamp(0, self.columns as i64 - 1) as usize;
-        let row = row.clamp(0, self.rows as i64 - 1) as usize;
-        self.cells[row * self.columns + column]
-    }
-
-    /// Index (column, row) of the cell under the world position (x, y) \[m\], clamped to the field.
-    #[inline(always)]
-    pub fn cell_at(&self, x: f32, y: f32) -> (usize, usize) {
-        let [x, y] = self.in_cells(x, y);
-        self.index_of(x, y)
+        let (last_column, last_row) = (self.columns as i64 - 1, self.rows as i64 - 1);
+        let (nearest_column, nearest_row) = (column.clamp(0, last_column), row.clamp(0, last_row));
+        let [mut a, mut b, mut c, mut d] =
+            self.cells[nearest_row as usize * self.columns + nearest_column as usize];
+        if column < 0 {
+            (b, d) = (a, c);
+        } else if column > last_column {
+            (a, c) = (b, d);
+        }
+        if row < 0 {
+            (c, d) = (a, b);
+        } else if row > last_row {
+            (a, b) = (c, d);
+        }
+        [a, b, c, d]
     }
 
     /// Height of the ground at the world position (x, y) \[m\]; of the nearest border outside the field, and of
@@ -132,8 +138,11 @@ mod tests {
             assert_eq!(field.height(-far, -far), 0.0);
             assert_eq!(field.height(far, far), 0.3);
         }
-        assert_eq!(field.cell(i64::MIN, i64::MAX), field.cells[0]);
-        assert_eq!(field.cell(i64::MAX, i64::MIN), field.cells[1]);
+        assert_eq!(field.cell(i64::MIN, i64::MAX), [0.0; 4]);
+        assert_eq!(field.cell(i64::MAX, i64::MIN), [0.3; 4]);
+        // Along the slope's side it goes on with the slope.
+        assert_eq!(field.cell(0, -1), field.cells[0]);
+        assert_eq!(field.cell(0, 1), field.cells[0]);
     }
 
     #[test]
@@ -142,6 +151,5 @@ mod tests {
         assert!(field.height(f32::NAN, 0.05).is_finite());
         assert!(field.height(0.05, f32::NAN).is_finite());
         assert!(field.height(f32::NAN, f32::NAN).is_finite());
-        assert_eq!(field.cell_at(f32::NAN, f32::NAN), (0, 0));
     }
 }

@@ -6,7 +6,8 @@ use crate::HeightField;
 const LEAST_WALL_M: f32 = 1e-4;
 
 /// Appends the triangles of the ground within `half_width` \[m\] of (`x`, `y`) to `out`: nine numbers each, world frame \[m\],
-/// counterclockwise seen from outside. Level cells of a row that meet are drawn as one; outside the field its border goes on.
+/// counterclockwise seen from outside. Level cells of a row that meet are drawn as one; outside the field its border goes on
+/// level ([`HeightField::cell`]).
 pub fn patch(field: &HeightField, x: f32, y: f32, half_width: f32, out: &mut Vec<f32>) {
     let size = field.cell_size;
     let index = |at: f32, origin: f32| ((at - origin) / size).floor() as i64;
@@ -113,7 +114,10 @@ mod tests {
     fn the_surface_drawn_is_the_one_walked_on() {
         let cells = (0..100).map(|i| [0.1, 0.2, 0.4, 0.8].map(|h| h * ((i * 7 % 5) as f32) * 0.1)).collect();
         let field = HeightField { cell_size: 0.1, origin: [-0.5, -0.5], columns: 10, rows: 10, cells };
-        for triangle in triangles(&field, 0.45) {
+        // Well beyond the edge, along which the border slopes.
+        let drawn = triangles(&field, 0.75);
+        assert!(drawn.iter().flatten().any(|corner| corner[0] < -0.6 && corner[1] > 0.6));
+        for triangle in drawn {
             if normal(triangle)[2] > 1e-6 {
                 let middle: [f32; 3] =
                     std::array::from_fn(|i| triangle.iter().map(|corner| corner[i]).sum::<f32>() / 3.0);

@@ -52,22 +52,7 @@ impl Map {
     pub(crate) fn new(field: &HeightField) -> Self {
         let (columns, rows) = (field.columns + 2, field.rows + 2);
         assert!(columns * rows < 1 << 24, "a field of {columns} × {rows} cells is too large");
-        let cell = |i: usize| {
-            let (column, row) = ((i % columns) as i64 - 1, (i / columns) as i64 - 1);
-            let [mut a, mut b, mut c, mut d] = field.cell(column, row);
-            // Beyond an end both corners along that axis are as high as the end.
-            if column < 0 {
-                (b, d) = (a, c);
-            } else if column == field.columns as i64 {
-                (a, c) = (b, d);
-            }
-            if row < 0 {
-                (c, d) = (a, b);
-            } else if row == field.rows as i64 {
-                (a, b) = (c, d);
-            }
-            [a, b, c, d]
-        };
+        let cell = |i: usize| field.cell((i % columns) as i64 - 1, (i / columns) as i64 - 1);
         let cells: Vec<Cell> = (0..columns * rows).map(cell).collect();
         let (tops, kinds): (Vec<_>, Vec<_>) = (0..cells.len()).map(|i| inventory(&cells, columns, i)).unzip();
         let tops = widened(&widened(&tops, columns, 1, f32::max), rows, columns, f32::max);

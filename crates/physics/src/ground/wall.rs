@@ -9,8 +9,8 @@ pub(super) const MIN_HEIGHT: f64 = 1e-3;
 /// No wall is looked for this far above the ground \[m\]: no step of any terrain is higher.
 const MAX_HEIGHT: f64 = 0.5;
 
-/// Proximities to the wall across x (or, where there is none, an upright edge) and to the one across y, in the patch's
-/// axes; `z` is above its base.
+/// Proximities to the wall across x and to the one across y, in the patch's axes; `z` is above its base. An upright edge that is
+/// nearer than the farther of them has its place.
 ///
 /// Each wall has a place of its own, for where two of them meet a sphere rests on both: with the nearer alone it
 /// sinks into the other by what a step moves it.
@@ -31,25 +31,31 @@ pub(super) fn walls<L: Lane>(patch: &Patch<L>, z: L, radius: L) -> [Proximity<L>
         let (gap, away, up) = wall(z, radius, foot, top, patch.y);
         Proximity { gap, normal: Vec3::new(L::zero(), away, up) }
     };
-    let alone = x_wall.gap.ge(far()).and(y_wall.gap.ge(far())).and(stands(z, own.at, across.at));
-    if !alone.any() {
+    // Where all four heights differ the tallest cell may be the one across: its edge stands free above the taller neighbor.
+    let foot = own.at.max(beside_x.at).max(beside_y.at);
+    let free = stands(z, foot, across.at).and(z.ge(foot));
+    if !free.any() {
         return [x_wall, y_wall];
     }
-    [Proximity::select(alone, upright_edge(patch, z, radius), x_wall), y_wall]
+    let edge = upright_edge(patch, z, radius, foot).only_where(free);
+    let x_is_farther = x_wall.gap.ge(y_wall.gap);
+    let y_is_farther = x_wall.gap.lt(y_wall.gap);
+    [(x_wall, x_is_farther), (y_wall, y_is_farther)]
+        .map(|(wall, farther)| Proximity::select(farther.and(edge.gap.lt(wall.gap)), edge, wall))
 }
 
 /// The corner of a box seen from the cell that touches it there only: without it a sphere would be inside before it
-/// met a wall.
+/// met a wall. It stands free from `foot` up.
 #[inline(always)]
-fn upright_edge<L: Lane>(patch: &Patch<L>, z: L, radius: L) -> Proximity<L> {
-    let Patch { x, y, own, across, .. } = patch;
+fn upright_edge<L: Lane>(patch: &Patch<L>, z: L, radius: L, foot: L) -> Proximity<L> {
+    let Patch { x, y, across, .. } = patch;
     let distance = x.mul_add(*x, *y * *y).sqrt();
     let tiny = L::splat(1e-6);
     let inverse = L::one() / distance.max(tiny);
     let at_edge = distance.lt(tiny);
     let along_x = at_edge.select(L::one(), *x * inverse);
     let along_y = at_edge.select(L::zero(), *y * inverse);
-    let (gap, away, up) = wall(z, radius, own.at, across.at, distance);
+    let (gap, away, up) = wall(z, radius, foot, across.at, distance);
     Proximity { gap, normal: Vec3::new(along_x * away, along_y * away, up) }
 }
 

@@ -1,4 +1,4 @@
-//! Random robots in random states.
+//! Random robots in random states, and what is worked out of any robot's state a second time.
 #![allow(dead_code, reason = "no test uses all of it")]
 
 use std::sync::Arc;
@@ -109,7 +109,7 @@ pub(crate) fn in_the_air(robot: RobotModel, config: Config) -> (Engine<f64>, Blo
 }
 
 /// Attitude and origin of every link in the world: kinematics written a second time.
-fn poses(robot: &RobotModel, block: &Block<f64>) -> Vec<(Mat3<f64>, Vec3<f64>)> {
+pub(crate) fn poses(robot: &RobotModel, block: &Block<f64>) -> Vec<(Mat3<f64>, Vec3<f64>)> {
     let mut poses = vec![(block.state.base_orientation.to_matrix(), block.state.base_position)];
     for (joint, &q) in robot.joints.iter().zip(&block.state.joint_position) {
         let (r, p) = poses[joint.parent_link];
