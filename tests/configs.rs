@@ -6,6 +6,7 @@ use guidedog::config::resolve;
 use guidedog::learner::Trainable as _;
 use guidedog::run_config::{LocomotionRun, Run, SupervisorRun, TaskConfig};
 use serde_json::Value;
+use tasks::guidance::PullConfig;
 
 fn files(folder: &str) -> Vec<std::path::PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(folder);
@@ -41,13 +42,15 @@ fn the_papers_setting_is_the_papers() {
     assert_eq!((walk.training.num_envs, walk.ppo.steps_per_env), (4096, 24));
     let framework = ppo::Config::default();
     assert_eq!(walk.ppo, framework);
+    assert_eq!((walk.task.command.standing_below, walk.task.reward.fall), (0.0, 0.0));
     let guide: SupervisorRun = resolve(Some(&file("supervisor/paper.toml")), &[]).unwrap();
     assert_eq!((guide.training.num_envs, guide.training.iterations), (4096, 3000));
     let hidden = vec![128, 128, 128];
     assert_eq!(guide.ppo, ppo::Config { actor_hidden: hidden.clone(), critic_hidden: hidden, ..framework });
-    assert_eq!(guide.task.pull.x_n, [-80.0, 0.0]);
+    assert_eq!(guide.task.pull, PullConfig::paper());
+    assert_eq!(guide.task.threshold_margin_n, [0.0, 0.0]);
     assert_eq!(guide.task.command_rate, -1e-4);
-    assert_eq!((guide.task.heading_drift, guide.task.place_drift), (0.0, 0.0));
+    assert_eq!((guide.task.heading_drift, guide.task.place_drift, guide.task.fall), (0.0, 0.0, 0.0));
 }
 
 /// What a field's description says may be in it: `[unit; low to high]`, or `above low to high`.

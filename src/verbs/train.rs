@@ -38,10 +38,12 @@ it. training.iterations of them make a run. A terminal shows progress, rate, tim
 while it runs: tensorboard --logdir runs
 
 What to look at:
-  tracking_linear, tracking_yaw   how well robots do as told, with noise: 0.35 is standing still, 0.7 walks, 1 is perfect
+  tracking_linear, tracking_yaw   how well robots do as told, with noise: 0.45 and 0.37 is standing still under the default
+                                  commands, 0.7 walks, 1 is perfect
   falls_per_1000                  falls in 1000 steps; 1 is one in 20 s
   terrain_level                   mean level of the ground, 0 to 9; robots that manage go up
-  behavior_reward/total           how well the supervisor understands: the paper reports 0.61 (its shares: at most 0.25)
+  behavior_reward/total           how well the supervisor understands: 0.2 is standing still under the default pulls; the paper
+                                  reports 0.61, under its own
   kl, learning_rate               the rate follows the divergence (ppo.desired_kl); at its lower bound for long, something
                                   is wrong
   reward/...                      what each term of the reward pays per step; policy/std, weights/... as histograms

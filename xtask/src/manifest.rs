@@ -1,4 +1,4 @@
-//! What the built page was made from: a fingerprint of every source and every built file.
+//! What the built page was made from: a fingerprint of every source file and every built file.
 //!
 //! A test compares it with the files as they are, so a page that is older than its sources is noticed without building
 //! it. The fingerprint notices forgetting, not forging.
@@ -14,9 +14,12 @@ pub const DIST: &str = "apps/web/dist";
 /// The manifest's own name in it.
 pub const NAME: &str = "manifest.txt";
 
-/// Files and folders the page is built from. Third-party crates and the manifests of ours are not among them: what they change, the
-/// tests of the built module see.
+/// Files and folders the page is built from, and the built page. `Cargo.lock`, `Cargo.toml` of the workspace and those of the crates in
+/// `crates/` are not among them, though versions and profiles in them reach the page: most of their changes do not, and each would ask
+/// for a new build. Whoever changes one that does builds the page too; the tests of the built module (`apps/web/tests`) compare it with
+/// the native code.
 const SOURCES: [&str; 19] = [
+    "apps/web/.npmrc",
     "apps/web/Cargo.toml",
     "apps/web/build.mjs",
     "apps/web/package-lock.json",
@@ -35,7 +38,6 @@ const SOURCES: [&str; 19] = [
     "policies/supervisor.onnx",
     "xtask/src/web.rs",
     DIST,
-    "apps/web/.npmrc",
 ];
 
 /// Path from the root of the repository to fingerprint.

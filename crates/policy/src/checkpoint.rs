@@ -141,6 +141,10 @@ impl Checkpoint {
         let mut checkpoint = Self { header, ..Self::default() };
         for (name, view) in file.tensors() {
             if let Some(name) = name.strip_prefix("tensor/") {
+                if view.dtype() != Dtype::F32 {
+                    let found = format!("tensor `{name}` holds {:?}, must be F32", view.dtype());
+                    return Err(CheckpointError::Damaged(found));
+                }
                 let numbers = view.data().chunks_exact(4);
                 let numbers = numbers.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
                 checkpoint.tensors.insert(name.to_owned(), (view.shape().to_vec(), numbers));
@@ -236,6 +240,18 @@ mod tests {
         bytes[at + 1] = b'9';
         let message = Checkpoint::from_bytes(&bytes).unwrap_err().to_string();
         assert!(message.contains("`9`"), "{message}");
+    }
+
+    #[test]
+    fn numbers_of_another_type_are_refused_by_name() {
+        let raw = [0_u8; 16];
+        for (dtype, shape) in [(Dtype::F64, 2), (Dtype::F16, 8)] {
+            let view = TensorView::new(dtype, vec![shape], &raw).unwrap();
+            let version = HashMap::from([(VERSION_KEY.to_owned(), VERSION.to_owned())]);
+            let bytes = safetensors::serialize([("tensor/samples", view)], Some(version)).unwrap();
+            let message = Checkpoint::from_bytes(&bytes).unwrap_err().to_string();
+            assert!(message.contains(&format!("`samples` holds {dtype:?}, must be F32")), "{message}");
+        }
     }
 
     #[test]

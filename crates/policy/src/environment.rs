@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+/// Environments come in whole groups of so many: those that the physics steps together.
+const GROUP: usize = 16;
+
 /// Some of a training's environments: those one process steps when several share them. What is random or placed by an
 /// environment's number goes by its number among all, so it does not matter who steps it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,7 +29,9 @@ impl Share {
     pub fn of_rank(rank: usize, ranks: usize, total: usize, unit: usize) -> Result<Self, String> {
         let blocks = total.div_ceil(unit);
         if ranks > blocks {
-            return Err(format!("num_envs is {total}, must be at least {} for {ranks} ranks", ranks * unit));
+            // The last block need not be full.
+            let least = (ranks - 1) * unit + GROUP.min(unit);
+            return Err(format!("num_envs is {total}, must be at least {least} for {ranks} ranks"));
         }
         let start = |rank: usize| (rank * blocks / ranks * unit).min(total);
         Ok(Self { envs: start(rank)..start(rank + 1), total })
@@ -212,6 +217,7 @@ mod tests {
             );
         }
         let message = Share::of_rank(0, 5, 512, 128).unwrap_err();
-        assert_eq!(message, "num_envs is 512, must be at least 640 for 5 ranks");
+        assert_eq!(message, "num_envs is 512, must be at least 528 for 5 ranks");
+        assert_eq!(Share::of_rank(4, 5, 528, 128).unwrap().envs, 512..528);
     }
 }

@@ -15,6 +15,11 @@ pub const COMMAND_LOW: [f32; 3] = [-0.3, -0.4, -1.5];
 /// Highest velocity command. Source: ours.
 pub const COMMAND_HIGH: [f32; 3] = [1.2, 0.4, 1.5];
 
+/// A command within its limits; what is no number becomes the lower limit.
+pub(super) fn limited(command: &[f32]) -> [f32; 3] {
+    std::array::from_fn(|i| command[i].max(COMMAND_LOW[i]).min(COMMAND_HIGH[i]))
+}
+
 /// Settings of the guidance task. Defaults are the paper's but where a field names another source.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -78,6 +83,11 @@ impl Default for GuidanceConfig {
 }
 
 impl GuidanceConfig {
+    /// Whether handlers pull as the paper's, and mean what its Table II says.
+    pub(super) fn asks_as_the_paper(&self) -> bool {
+        self.pull == PullConfig::paper() && self.threshold_margin_n == [0.0; 2]
+    }
+
     /// Checks every value.
     ///
     /// # Errors
@@ -122,6 +132,15 @@ mod tests {
         assert!(refusal(config).contains("max_level is 10"));
         let config = GuidanceConfig { threshold_margin_n: [1.0, -1.5], ..GuidanceConfig::default() };
         assert!(refusal(config).contains("threshold_margin_n is -1.5"));
+    }
+
+    #[test]
+    fn who_pulls_or_reads_otherwise_does_not_ask_as_the_paper() {
+        let asks = |pull, threshold_margin_n| {
+            GuidanceConfig { pull, threshold_margin_n, ..GuidanceConfig::default() }.asks_as_the_paper()
+        };
+        assert!(asks(PullConfig::paper(), [0.0; 2]));
+        assert!(!asks(PullConfig::paper(), [0.0, 0.5]) && !asks(PullConfig::default(), [0.0; 2]));
     }
 
     #[test]

@@ -177,7 +177,7 @@ impl VecEnv for GuidanceEnv {
     fn report(&mut self, sums: &[f64]) -> Vec<(String, f64)> {
         let mut total = Metrics::default();
         sums.as_chunks().0.iter().for_each(|sums| total.merge(&Metrics::from_sums(sums)));
-        total.named()
+        total.named(self.config.asks_as_the_paper())
     }
 
     fn common_state_len(&self) -> usize {
@@ -216,6 +216,8 @@ impl VecEnv for GuidanceEnv {
     }
 }
 
+#[cfg(test)]
+mod contract;
 #[cfg(test)]
 mod pulls;
 
@@ -324,7 +326,10 @@ mod tests {
         let config = GuidanceConfig { terrain: Terrain::Flat, ..GuidanceConfig::default() };
         let policy = LocomotionPolicy::new(test_policy()).unwrap();
         let make = || GuidanceEnv::new(config.clone(), policy.clone(), non_finite::ENVS, 3).unwrap();
-        non_finite::only_the_spoilt_robot_notices(make, |env, robot| env.squads[0].squad.group_mut(robot));
+        let rewards = non_finite::only_the_spoilt_robot_notices(make, |env, robot| {
+            env.squads[0].squad.group_mut(robot)
+        });
+        assert!(rewards.iter().all(|&reward| reward == 0.0), "{rewards:?}");
     }
 
     #[test]

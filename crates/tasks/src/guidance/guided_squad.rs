@@ -5,11 +5,8 @@ use spatial::{Philox, Purpose};
 use terrain::TerrainGrid;
 
 use super::{
-    Behavior, Course, GuidanceConfig, Squad, behavior_reward,
-    config::{COMMAND_HIGH, COMMAND_LOW},
-    drift::Drift,
-    force::sensed_force,
-    metrics::Metrics,
+    Behavior, Course, GuidanceConfig, Squad, behavior_reward, config::limited, drift::Drift,
+    force::sensed_force, metrics::Metrics,
 };
 use crate::{
     archive::{Archive, Archived},
@@ -36,7 +33,7 @@ pub(super) struct Guided {
     /// Control steps of this episode.
     step: u32,
     /// Steps it counts as having lived before, so that episodes do not all end together.
-    head_start: u32,
+    pub(super) head_start: u32,
     level: usize,
     column: usize,
     /// Scripted force of the hand, heading frame \[N\].
@@ -44,7 +41,10 @@ pub(super) struct Guided {
     /// The last command, as limited.
     pub(super) previous_command: [f32; 3],
     drift: Drift,
+    /// Since the last decision; its end resets the robot.
     fallen: bool,
+    /// Whether its state stopped to be numbers since then: it has fallen too.
+    broken: bool,
 }
 
 /// What squads need of the environment while they step side by side.
@@ -56,11 +56,6 @@ pub(super) struct Shared<'a> {
     pub(super) episode_steps: u32,
     pub(super) period_steps: u32,
     pub(super) pull_steps: u32,
-}
-
-/// An action within the limits of a command; what is no number becomes the lower limit.
-fn limited(action: &[f32]) -> [f32; 3] {
-    std::array::from_fn(|i| action[i].max(COMMAND_LOW[i]).min(COMMAND_HIGH[i]))
 }
 
 impl GuidedSquad {
@@ -129,13 +124,14 @@ impl GuidedSquad {
             out.terminated[robot] = guided.fallen;
             out.truncated[robot] = out_of_time && !guided.fallen;
             let row = robot * OBSERVATION..(robot + 1) * OBSERVATION;
-            if guided.fallen || out_of_time {
-                if self.squad.is_sound(robot) {
-                    self.observe(shared, robot, &mut out.last_observations[row.clone()]);
-                } else {
-                    out.last_observations[row.clone()].fill(0.0);
-                    self.metrics.broken += 1.0;
-                }
+            if guided.broken {
+                // As in locomotion it earns nothing, not even the price of a fall: its numbers are none.
+                out.rewards[robot] = 0.0;
+                out.last_observations[row.clone()].fill(0.0);
+                self.metrics.broken += 1.0;
+                self.reset(shared, robot);
+            } else if guided.fallen || out_of_time {
+                self.observe(shared, robot, &mut out.last_observations[row.clone()]);
                 self.reset(shared, robot);
             } else {
                 self.pull(shared, robot);
@@ -152,6 +148,7 @@ impl GuidedSquad {
             guided.step += 1;
             let behavior = Behavior::of_force_with_margin(guided.force, shared.config.threshold_margin_n);
             let mut reward = 0.0;
+            guided.broken |= !self.squad.is_sound(robot);
             if !guided.fallen && self.squad.has_fallen(robot) {
                 guided.fallen = true;
                 self.metrics.falls += 1.0;

@@ -33,8 +33,8 @@ impl Metrics {
 
     /// The sums, in a fixed order.
     pub(super) fn to_sums(&self) -> [f64; SUMS] {
-        let [stop, walk, turn, spin] = self.rewards;
-        [self.steps, self.falls, self.broken, self.drift, stop, walk, turn, spin]
+        let [walk, stop, turn, spin] = self.rewards;
+        [self.steps, self.falls, self.broken, self.drift, walk, stop, turn, spin]
     }
 
     /// What [`Metrics::to_sums`] gave.
@@ -54,17 +54,20 @@ impl Metrics {
         }
     }
 
-    /// Means over all steps, by name: the total, and each behavior's share of it (at most its share of the steps: a
-    /// quarter under the paper's pulls), the averages the paper plots.
-    pub(super) fn named(&self) -> Vec<(String, f64)> {
+    /// Means over all steps, by name: the total, and each behavior's share of it, at most the share of the steps that ask for it.
+    /// Under the paper's pulls that is a quarter each, and the paper's averages go `beside_the_paper`; under others they are of
+    /// something else.
+    pub(super) fn named(&self, beside_the_paper: bool) -> Vec<(String, f64)> {
         let steps = self.steps.max(1.0);
         let mut named = vec![("behavior_reward/total".to_owned(), self.rewards.iter().sum::<f64>() / steps)];
         for behavior in Behavior::ALL {
             named.push((format!("behavior_reward/{behavior}"), self.rewards[behavior as usize] / steps));
         }
-        // The paper's averages beside ours, so that one chart shows both.
-        named.push(("paper/total".to_owned(), PAPER_TOTAL));
-        named.extend(Behavior::ALL.map(|behavior| (format!("paper/{behavior}"), behavior.paper_share())));
+        if beside_the_paper {
+            // So that one chart shows both.
+            named.push(("paper/total".to_owned(), PAPER_TOTAL));
+            named.extend(Behavior::ALL.map(|behavior| (format!("paper/{behavior}"), behavior.paper_share())));
+        }
         named.push(("falls_per_1000".to_owned(), 1000.0 * self.falls / steps));
         named.push(("heading_drift".to_owned(), self.drift / steps));
         named.push(("broken_states".to_owned(), self.broken));
@@ -83,12 +86,33 @@ mod tests {
         metrics.add(Behavior::Spin, 1.0);
         metrics.add(Behavior::Spin, 0.0);
         metrics.add(Behavior::Stop, 0.3);
+        metrics.add_drift(0.2);
+        (metrics.falls, metrics.broken) = (3.0, 2.0);
         let mut both = Metrics::default();
-        both.merge(&metrics);
-        let named = both.named();
-        let value = |name: &str| named.iter().find(|(n, _)| n == name).unwrap().1;
-        assert!((value("behavior_reward/total") - 0.45).abs() < 1e-6);
-        assert!((value("behavior_reward/spin") - 0.25).abs() < 1e-6);
-        assert_eq!(value("behavior_reward/turn"), 0.0);
+        both.merge(&Metrics::from_sums(&metrics.to_sums()));
+        let named = both.named(true);
+        let expected = [
+            ("behavior_reward/total", 0.45),
+            ("behavior_reward/walk", 0.125),
+            ("behavior_reward/stop", 0.075),
+            ("behavior_reward/turn", 0.0),
+            ("behavior_reward/spin", 0.25),
+            ("paper/total", 0.61),
+            ("paper/walk", 0.13),
+            ("paper/stop", 0.22),
+            ("paper/turn", 0.08),
+            ("paper/spin", 0.16),
+            ("falls_per_1000", 750.0),
+            ("heading_drift", 0.05),
+            ("broken_states", 2.0),
+        ];
+        for ((name, value), (found_name, found)) in expected.into_iter().zip(&named) {
+            assert!(
+                name == found_name && (value - found).abs() < 1e-6,
+                "{name}: {value}, {found_name}: {found}"
+            );
+        }
+        assert_eq!(named.len(), expected.len());
+        assert!(both.named(false).iter().all(|(name, _)| !name.starts_with("paper/")));
     }
 }

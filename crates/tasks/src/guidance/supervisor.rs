@@ -2,10 +2,14 @@
 
 use policy::{ForwardWorkspace, Mlp, OnnxPolicy, layout};
 
-use super::{Behavior, config::COMMAND_HIGH, config::COMMAND_LOW, walker::check_list};
+use super::{
+    Behavior,
+    config::{COMMAND_HIGH, COMMAND_LOW, limited},
+    walker::check_list,
+};
 use crate::simulation::{control_steps, is_whole_steps};
 
-/// A learned supervisor: 226 inputs, a limited command as output.
+/// A learned supervisor: 226 inputs, a command as output; whatever its file says of limits, it is limited as in training.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SupervisorPolicy {
     mlp: Mlp,
@@ -53,6 +57,8 @@ pub enum Supervisor {
     Learned(SupervisorPolicy),
     /// Table II from the observed force.
     Rules,
+    /// The same with thresholds that are higher by 2 N: as much as the hand trembles, or the sensor errs, where they are compared.
+    RulesWithMargin,
     /// Table II from the force as scripted, at every control step: what commands alone can reach.
     Oracle,
     /// The rule of Morlando et al. (MED 2023), as coded in their repository: the larger component of the force decides; along
@@ -60,6 +66,8 @@ pub enum Supervisor {
     Dominance,
 }
 
+/// How much farther out thresholds with a margin lie, along x and y \[N\].
+const RULE_MARGIN_N: [f32; 2] = [2.0; 2];
 /// Time between two decisions of a rule \[s\]: the supervisor's in the paper.
 const RULE_PERIOD_S: f32 = 0.1;
 
@@ -69,7 +77,7 @@ impl Supervisor {
         let period_s = match self {
             Self::Learned(policy) => policy.period_s,
             Self::Oracle => return 1,
-            Self::Rules | Self::Dominance => RULE_PERIOD_S,
+            Self::Rules | Self::RulesWithMargin | Self::Dominance => RULE_PERIOD_S,
         };
         control_steps(period_s)
     }
@@ -89,11 +97,17 @@ impl Supervisor {
         commands: &mut [[f32; 3]],
     ) {
         let table_two = |force: [f32; 3]| Behavior::of_force(force).target(force);
+        let with_margin =
+            |force: [f32; 3]| Behavior::of_force_with_margin(force, RULE_MARGIN_N).target(force);
         match self {
             Self::Learned(policy) => {
                 policy.mlp.forward(commands.len(), observations, commands.as_flattened_mut(), workspace);
+                commands.iter_mut().for_each(|command| *command = limited(command));
             }
             Self::Rules => commands.iter_mut().zip(forces).for_each(|(c, [seen, _])| *c = table_two(*seen)),
+            Self::RulesWithMargin => {
+                commands.iter_mut().zip(forces).for_each(|(c, [seen, _])| *c = with_margin(*seen))
+            }
             Self::Oracle => commands.iter_mut().zip(forces).for_each(|(c, [_, real])| *c = table_two(*real)),
             Self::Dominance => {
                 commands.iter_mut().zip(forces).for_each(|(c, [seen, _])| *c = dominance(*seen))
@@ -134,6 +148,9 @@ mod tests {
         assert_eq!(decide(&Supervisor::Rules, seen, real), [0.0, 0.0, 0.5]);
         assert_eq!(decide(&Supervisor::Oracle, seen, real), [0.8, 0.0, -0.5]);
         assert_eq!((Supervisor::Oracle.period_steps(), Supervisor::Rules.period_steps()), (1, 5));
+        let careful = |x, y| decide(&Supervisor::RulesWithMargin, [x, y, 0.0], real);
+        assert_eq!([careful(-42.0, 22.0), careful(-42.1, 22.0)], [[0.8, 0.0, 0.0], [0.0; 3]]);
+        assert_eq!(careful(-42.0, -22.5), [0.8, 0.0, -0.45]);
     }
 
     #[test]
@@ -153,8 +170,8 @@ mod tests {
         let layer =
             Linear { inputs, outputs, weight: vec![0.0; inputs * outputs], bias: vec![5.0, -5.0, 0.25] };
         let mlp = Mlp { layers: vec![layer], activation: Activation::Elu, output_limits: None };
-        let policy = SupervisorPolicy::from_mlp(mlp.clone(), 0.1);
-        assert_eq!(decide(&Supervisor::Learned(policy), [0.0; 3], [0.0; 3]), [1.2, -0.4, 0.25]);
+        let command = |policy| decide(&Supervisor::Learned(policy), [0.0; 3], [0.0; 3]);
+        assert_eq!(command(SupervisorPolicy::from_mlp(mlp.clone(), 0.1)), [1.2, -0.4, 0.25]);
         let file = OnnxPolicy { mlp, metadata: Default::default() };
         assert!(SupervisorPolicy::new(file.clone()).unwrap_err().contains("control_period is ``"));
         let metadata = |name: &str, text: &str| {
@@ -162,7 +179,8 @@ mod tests {
             let metadata = [period, (name.to_owned(), text.to_owned())].into_iter().collect();
             SupervisorPolicy::new(OnnxPolicy { metadata, ..file.clone() })
         };
-        metadata("author", "nobody").unwrap();
+        // Its file has no limits; training would have had them all the same.
+        assert_eq!(command(metadata("author", "nobody").unwrap()), [1.2, -0.4, 0.25]);
         let uneven = metadata("control_period", "0.05").unwrap_err();
         assert!(uneven.contains("is `0.05`") && uneven.contains("a multiple of 0.02"), "{uneven}");
         let other = metadata("observation_names", "harness_force,height_scan").unwrap_err();

@@ -6,7 +6,8 @@ use policy::{ForwardWorkspace, Mlp, OnnxPolicy, layout};
 use spatial::{Philox, Purpose};
 
 use crate::simulation::{
-    ACTION_SCALE, BaseMotion, CONTROL_PERIOD_S, GROUP, Group, Randomization, ResetSpread, Simulation,
+    ACTION_SCALE, ACTUATOR, BaseMotion, CONTROL_PERIOD_S, GROUP, Group, Randomization, ResetSpread,
+    Simulation,
 };
 
 /// Robots that go through the policy together: as many as keep the matrix products busy.
@@ -56,6 +57,13 @@ impl LocomotionPolicy {
         let default = robot::anymal_d_default_joint_position().map(|q| q as f32);
         check_list(&file, "default_joint_pos", &default)?;
         check_list(&file, "control_period", &[CONTROL_PERIOD_S])?;
+        let actuator = physics::Config::default().actuator;
+        check_list(&file, "actuator", &[ACTUATOR.to_owned()])?;
+        check_list(&file, "joint_effort_limit", &[actuator.effort_limit; layout::JOINTS])?;
+        check_list(&file, "saturation_torque", &[actuator.saturation_torque])?;
+        check_list(&file, "velocity_limit", &[actuator.velocity_limit])?;
+        let armature: Vec<f64> = robot.joints.iter().map(|joint| joint.armature).collect();
+        check_list(&file, "joint_armature", &armature)?;
         Ok(Self { mlp: file.mlp, gains })
     }
 
@@ -83,7 +91,7 @@ impl LocomotionPolicy {
     }
 }
 
-/// Refuses a file that has a comma-separated list of that name which is not `ours`.
+/// Refuses a file that has a comma-separated list of that name which is not `ours`; one value may stand for as many alike.
 pub(super) fn check_list<T: FromStr + Display + PartialEq>(
     file: &OnnxPolicy,
     name: &str,
@@ -91,7 +99,11 @@ pub(super) fn check_list<T: FromStr + Display + PartialEq>(
 ) -> Result<(), String> {
     let Some(text) = file.metadata.get(name) else { return Ok(()) };
     let found: Result<Vec<T>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    if found.is_ok_and(|found| found == ours) {
+    let is_ours = |found: Vec<T>| match &found[..] {
+        [one] => ours.iter().all(|our| our == one),
+        found => found == ours,
+    };
+    if found.is_ok_and(is_ours) {
         return Ok(());
     }
     let ours: Vec<String> = ours.iter().map(T::to_string).collect();
@@ -320,11 +332,17 @@ mod tests {
         };
         let pose = "0, 0, 0, 0, 0.4000, -0.4, 0.4, -0.4, -0.8, 0.8, -0.8, 0.8";
         made("default_joint_pos", Some(pose)).unwrap();
+        made("joint_effort_limit", Some("80.0")).unwrap();
         for (name, text, ours) in [
             ("default_joint_pos", "0,0,0,0,0.4,-0.4,0.4,-0.4,-0.8,0.8,-0.8,0.7", "0,0,0,0,0.4,"),
             ("default_joint_pos", "zero", "0,0,0,0,0.4,"),
             ("control_period", "0.01", "0.02"),
             ("observation_names", "height_scan", "base_linear_velocity,base_angular_velocity,"),
+            ("actuator", "ideal_pd", "dc_motor"),
+            ("joint_effort_limit", "70", "80,80,80,80,80,80,80,80,80,80,80,80"),
+            ("joint_armature", "0,0,0,0,0,0,0,0,0,0,0,0", "0.06,0.06,"),
+            ("saturation_torque", "140", "120"),
+            ("velocity_limit", "8.5", "7.5"),
         ] {
             made(name, None).unwrap();
             let message = made(name, Some(text)).unwrap_err();

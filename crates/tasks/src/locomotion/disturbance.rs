@@ -31,8 +31,9 @@ pub struct DisturbanceConfig {
     /// Share of disturbances at the hand; what is left over is rest \[1; 0 to 1\]. Source: ours.
     pub hand_share: f32,
     /// Share of the forces at the hand that are meant: while they last robots are told to do what Table II says of them, as a
-    /// supervisor will tell them. Commands drawn by themselves hardly ever say to stop just when a strong pull back sets in
-    /// \[1; 0 to 1\]. Source: docs/findings.md, "Pulls that are meant"; the paper: 0.
+    /// supervisor will tell them. Commands drawn by themselves hardly ever say to stop just when a strong pull back sets in. They
+    /// are also told while forces have yet to grow from 0 (`ramp_steps`): what hardly pulls says to walk \[1; 0 to 1\]. Source:
+    /// docs/findings.md, "Pulls that are meant"; the paper: 0.
     pub meant_share: f32,
     /// How long a force lasts, from and to \[s; 0.02 to 1000\]. Source: ours, from a tug to a pull as long as the paper's.
     pub duration_s: [f32; 2],
@@ -84,7 +85,14 @@ impl DisturbanceConfig {
         within("disturbance.hand_force_y_n", self.hand_force_y_n, 0.0, 1000.0)?;
         within("disturbance.hand_force_z_n", self.hand_force_z_n, 0.0, 1000.0)?;
         within("disturbance.base_share", self.base_share, 0.0, 1.0)?;
-        within("disturbance.hand_share", self.hand_share, 0.0, 1.0 - self.base_share)?;
+        within("disturbance.hand_share", self.hand_share, 0.0, 1.0)?;
+        let shares = self.base_share + self.hand_share;
+        if shares > 1.0 {
+            return Err(format!(
+                "disturbance.base_share and hand_share are {} and {}, which add up to {shares}, must be at most 1 together",
+                self.base_share, self.hand_share
+            ));
+        }
         within("disturbance.meant_share", self.meant_share, 0.0, 1.0)?;
         ordered_within("disturbance.hand_force_x_n", self.hand_force_x_n, -1000.0, 1000.0)?;
         ordered_within("disturbance.duration_s", self.duration_s, 0.02, 1000.0)?;
@@ -118,6 +126,21 @@ mod tests {
     use spatial::Purpose;
 
     use super::*;
+
+    #[test]
+    fn shares_that_fill_one_are_allowed_and_no_more() {
+        let shares = |base_share, hand_share| {
+            DisturbanceConfig { base_share, hand_share, ..DisturbanceConfig::default() }.validate()
+        };
+        for (base, hand) in [(0.6, 0.4), (0.8, 0.2), (0.0, 1.0), (1.0, 0.0)] {
+            assert_eq!(shares(base, hand), Ok(()), "{base} and {hand}");
+        }
+        let message = shares(0.75, 0.5).unwrap_err();
+        assert!(
+            message.contains("hand_share are 0.75 and 0.5, which add up to 1.25, must be at most 1"),
+            "{message}"
+        );
+    }
 
     #[test]
     fn forces_stay_in_their_ranges_and_shares() {

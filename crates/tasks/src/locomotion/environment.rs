@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     archive::{Archive as _, Archived as _, Reader, Writer},
-    simulation::{ACTION_SCALE, CONTROL_PERIOD_S, GROUP, Group, Simulation, control_steps},
+    simulation::{ACTION_SCALE, ACTUATOR, CONTROL_PERIOD_S, GROUP, Group, Simulation, control_steps},
     view::View,
 };
 
@@ -154,7 +154,7 @@ impl VecEnv for LocomotionEnv {
             ("joint_damping", each(actuator.damping)),
             ("joint_effort_limit", each(actuator.effort_limit)),
             ("joint_armature", list(robot.joints.iter().map(|joint| joint.armature.to_string()).collect())),
-            ("actuator", "dc_motor".into()),
+            ("actuator", ACTUATOR.into()),
             ("saturation_torque", actuator.saturation_torque.to_string()),
             ("velocity_limit", actuator.velocity_limit.to_string()),
             ("observation_names", list(layout::LOCOMOTION.iter().map(|s| s.name.to_owned()).collect())),
@@ -236,6 +236,8 @@ impl VecEnv for LocomotionEnv {
     }
 }
 
+#[cfg(test)]
+mod contract;
 #[cfg(test)]
 mod meant_pulls;
 #[cfg(test)]

@@ -63,9 +63,9 @@ pub struct RewardConfig {
     /// Number of feet that do not carry while told to stand: a walk that treads on the spot is turned by a pull from the
     /// side \[1/s; -100 to 0\]. Source: ours.
     pub lifted_foot: f32,
-    /// Number of feet that the ground pushes sideways more than it carries them: feet pressed against a riser, where robots get
-    /// stuck and turn about them \[1/s; -100 to 0\]. Source: legged_gym, which has the term with a weight of 0; docs/findings.md,
-    /// "Robots that get stuck".
+    /// Number of feet that the ground pushes sideways with more than 1.25 times what it carries, and more than 1 N: feet pressed
+    /// against a riser, where robots get stuck and turn about them \[1/s; -100 to 0\]. Source: legged_gym, which has the term with
+    /// a weight of 0; docs/findings.md, "Robots that get stuck".
     pub stumble: f32,
     /// Distance from where the command was given, at most 1 m, while told to stand or to turn on the spot: on stairs robots drift
     /// from their place under a pull, more slowly than their gait swings \[1/(m s); -100 to 0\]. Source: ours; docs/findings.md, "At the edge

@@ -89,6 +89,7 @@ impl TaskGroup {
             robot.force_end = step + control_steps(drawn.duration_s);
             robot.next_force = step + control_steps(drawn.period_s);
             if drawn.meant {
+                // Also of a force that has yet to grow: at 0 it says to walk.
                 robot.tell(Behavior::of_force(drawn.hand_force).target(drawn.hand_force), place);
                 robot.next_command = robot.force_end.min(robot.next_force);
             }

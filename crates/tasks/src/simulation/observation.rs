@@ -92,7 +92,7 @@ impl Simulation {
                     *value += noise * random.uniform(-amplitude, amplitude);
                 }
             }
-            // The scan is limited after the noise (Isaac Lab's order).
+            // Limited again, as noise may lead out of ±1. Isaac Lab limits only after it: what is far beyond shows none there.
             for value in &mut out[scan.range()] {
                 *value = value.clamp(-1.0, 1.0);
             }
