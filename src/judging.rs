@@ -7,16 +7,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{Result, anyhow};
 use evaluation::episode::{onset, pulled_steps};
 use evaluation::exchange::recordings;
-use evaluation::judge::{Arena, summaries, trace};
+use evaluation::judge::{Arena, draws, summaries, trace};
 use evaluation::measures::split::Met;
 use evaluation::outcome::Outcome;
 use evaluation::plane::{Line, lines};
 use evaluation::report::PathTrace;
-use evaluation::results::{BehaviorReward, CaseResult, PlaneResult, Results};
+use evaluation::results::{BehaviorReward, CaseResult, PlaneResult, Results, VERSION};
 use evaluation::suite::{Case, SUITES, suite};
 use policy::Checkpoint;
 use tasks::guidance::Supervisor;
 
+use crate::error::BadInput;
+use crate::policies;
 use crate::progress::Progress;
 
 /// Level of rough ground and stairs that is judged on unless another is asked for.
@@ -33,6 +35,20 @@ pub struct Names {
     pub locomotion: String,
     /// The supervisor.
     pub supervisor: String,
+    /// Checksum of both ([`crate::policies::checksum`]).
+    pub policies: String,
+}
+
+impl Names {
+    /// Of policies by their sources.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn new(suite: &str, locomotion: &str, supervisor: &str) -> Result<Self, BadInput> {
+        let policies = policies::checksum(locomotion, supervisor)?;
+        let [suite, locomotion, supervisor] = [suite, locomotion, supervisor].map(str::to_owned);
+        Ok(Self { suite, locomotion, supervisor, policies })
+    }
 }
 
 /// Runs a suite and the behavior reward; the oracle's too, unless it is known already.
@@ -70,6 +86,8 @@ pub fn judge_cases(
     let results = Results {
         cases,
         suite: names.suite.clone(),
+        version: VERSION,
+        policies: names.policies.clone(),
         ground: setting.ground.name().into(),
         level: setting.level,
         randomize: setting.randomize,
@@ -142,7 +160,7 @@ pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
     let mut traces = Vec::new();
     for (robot, recording) in of_cases.iter_mut().enumerate() {
         let case = &cases[robot / episodes];
-        recording.onset = onset(seed, robot);
+        recording.onset = onset(draws(seed), robot);
         let (found, wanted) = (recording.samples.len(), recording.onset + pulled_steps(case));
         if found != wanted {
             return Err(anyhow!(
@@ -157,6 +175,7 @@ pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
     }
     let results = Results {
         suite: name,
+        version: VERSION,
         ground: text("ground")?,
         level: record.number("level")?,
         randomize: record.number("randomize")?,

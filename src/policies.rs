@@ -16,9 +16,26 @@ pub const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
 /// The supervisor inside the program.
 pub const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
 
+/// Supervisors that are programs.
+const RULES: [&str; 4] = ["oracle", "rules", "rules-margin", "dominance"];
+
 /// Checksum of both shipped policies, by which results of others are told from theirs.
 pub fn shipped_checksum() -> u32 {
     crc32c::crc32c_append(crc32c::crc32c(LOCOMOTION), SUPERVISOR)
+}
+
+/// Checksum of two policies by their sources, as `results.json` has it; a program counts by its name.
+///
+/// # Errors
+/// A file cannot be read.
+pub fn checksum(locomotion: &str, supervisor: &str) -> Result<String, BadInput> {
+    let bytes = |source: &str, shipped: &[u8]| match source {
+        SHIPPED => Ok(shipped.to_vec()),
+        name if RULES.contains(&name) => Ok(name.as_bytes().to_vec()),
+        path => std::fs::read(path).or_bad_input(|| path.to_owned()),
+    };
+    let walk = crc32c::crc32c(&bytes(locomotion, LOCOMOTION)?);
+    Ok(format!("{:08x}", crc32c::crc32c_append(walk, &bytes(supervisor, SUPERVISOR)?)))
 }
 
 /// The name by which the policy in a file is asked for here.
@@ -44,7 +61,7 @@ pub fn locomotion(source: &str) -> Result<LocomotionPolicy, BadInput> {
     LocomotionPolicy::new(file).map_err(|message| BadInput::new(format!("{source}: {message}")))
 }
 
-/// A supervisor: `oracle`, `rules`, `dominance`, the shipped one, or the one in a file.
+/// A supervisor: `oracle`, `rules`, `rules-margin`, `dominance`, the shipped one, or the one in a file.
 ///
 /// # Errors
 /// The file cannot be read or is no supervisor.
@@ -52,7 +69,12 @@ pub fn supervisor(source: &str) -> Result<Supervisor, BadInput> {
     Ok(match source {
         "oracle" => Supervisor::Oracle,
         "rules" => Supervisor::Rules,
+        "rules-margin" => Supervisor::RulesWithMargin,
         "dominance" => Supervisor::Dominance,
+        _ if source != SHIPPED && !Path::new(source).exists() => {
+            let names = [&RULES[..], &[SHIPPED]].concat().join(", ");
+            return Err(BadInput::new(format!("the supervisor {source} is no file; others are: {names}")));
+        }
         _ => {
             let policy = SupervisorPolicy::new(read(source, SUPERVISOR)?);
             Supervisor::Learned(policy.map_err(|message| BadInput::new(format!("{source}: {message}")))?)

@@ -71,6 +71,7 @@ fn a_bench_refuses_what_it_cannot_use_by_name() {
     refuses(&["bench", "learning", "--task", "dance"], &["dance", "flat", "rough", "supervisor"]);
     refuses(&["bench", "learning", "--task", "flat", "--variant", "a=ppo.gama=1"], &["flat a", "ppo.gamma"]);
     refuses(&["bench", "learning", "--limit=0"], &["--limit 0", "above 0"]);
+    refuses(&["bench", "learning", "--target=nan"], &["--target NaN", "above 0"]);
     refuses(&["bench", "learning", "--variant", "=x"], &["--variant =x", "NAME=key=value"]);
     refuses(&["bench", "learning", "--variant", "a", "--variant", "a=x=1"], &["--variant a=x=1", "two"]);
 }
@@ -90,6 +91,10 @@ fn a_reproduction_refuses_what_it_cannot_use_before_it_trains() {
     let idle = ["reproduce", "--everything", "--only", "pictures", "--set", "ppo.gamma=0.9"];
     refuses(&idle, &["--only", "--set"]);
     refuses(&["reproduce", "--ground", "rough"], &["--from-scratch"]);
+    refuses(
+        &["reproduce", "--everything", "--only", "pictures", "--name", "../elsewhere"],
+        &["../elsewhere"],
+    );
 }
 
 #[test]
@@ -248,7 +253,11 @@ fn a_state_that_cannot_be_is_refused_with_what_is_allowed() {
 #[test]
 fn evaluate_refuses_what_it_cannot_judge_by_name() {
     refuses(&["evaluate", "--suite", "paper18"], &["paper18", "paper17", "mirror17", "locomotion"]);
-    refuses(&["evaluate", "--supervisor", "no/such.onnx"], &["no/such.onnx", "No such file"]);
+    refuses(
+        &["evaluate", "--supervisor", "no/such.onnx"],
+        &["no/such.onnx", "oracle", "rules-margin", "shipped"],
+    );
+    refuses(&["evaluate", "--locomotion", "no/such.onnx"], &["no/such.onnx", "No such file"]);
     refuses(&["evaluate", "--level", "10", "--ground", "rough"], &["10", "0..=9"]);
     refuses(&["evaluate", "--episodes", "0"], &["--episodes", "0"]);
     refuses(&["evaluate", "--ground", "moon"], &["moon", "flat", "rough", "stairs"]);
@@ -256,6 +265,10 @@ fn evaluate_refuses_what_it_cannot_judge_by_name() {
     refuses(&["evaluate", "--locomotion", manifest], &["Cargo.toml", "ONNX"]);
     refuses(&["evaluate", "--case", "hard"], &["--case hard", "f_x/f_y", "500 N"]);
     refuses(&["evaluate", "--suite", "locomotion", "--randomize"], &["--randomize", "--suite locomotion"]);
+    refuses(&["evaluate", "--suite", "locomotion", "--ground", "rough"], &["--ground", "--suite locomotion"]);
+    refuses(&["evaluate", "--suite", "locomotion", "--supervisor", "rules"], &["--supervisor"]);
+    // Before anything is judged.
+    refuses(&["evaluate", "--suite", "plane", "--beside", "no/such.json"], &["--beside", "no/such.json"]);
     refuses(&["evaluate", "--friction=-1"], &["-1", "from 0 to 10"]);
     refuses(&["evaluate", "--friction", "1", "--plan", "pulls.plan"], &["--friction", "--plan"]);
     refuses(&["evaluate", "--json", "a.json", "--plan", "pulls.plan"], &["--json", "--plan"]);

@@ -12,7 +12,7 @@ use crate::policies::SHIPPED;
 /// nothing to learn.
 const SENSOR_ERROR_N: f64 = 2.0;
 /// Those that learn nothing.
-const RULES: [&str; 3] = ["oracle", "rules", "dominance"];
+const RULES: [&str; 4] = ["oracle", "rules", "rules-margin", "dominance"];
 /// Ablations that are compared with them.
 const LEARNED: [&str; 2] = ["paper-task", "ours"];
 

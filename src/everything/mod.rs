@@ -14,7 +14,7 @@ use evaluation::film::{FRAME_STEPS, film};
 use evaluation::judge::{Arena, Ground, Setting};
 use evaluation::locomotion::{LocomotionResults, judge_locomotion};
 use evaluation::report::{intent_map_svg, paths_svg, series_svg, success_bars_svg};
-use evaluation::results::Results;
+use evaluation::results::{Results, VERSION};
 use evaluation::suite::{Case, episodes, suite};
 
 use crate::interrupt::Interrupt;
@@ -148,7 +148,9 @@ impl Maker {
             Section::Judgments => self.one_by_one(&PARTS, interrupt, Self::judgment),
             Section::Locomotion => self.locomotion().map(|()| !interrupt.requested()),
             Section::Pictures => self.pictures().map(|()| !interrupt.requested()),
-            Section::Mujoco => self.one_by_one(&OTHER_ENGINE, interrupt, Self::other_engine),
+            Section::Mujoco => {
+                self.one_by_one(&OTHER_ENGINE, interrupt, |maker, part| maker.other_engine(part, interrupt))
+            }
             Section::Ablations => self.ablations(interrupt),
             Section::Baselines => self.baselines(interrupt),
             Section::Swaps => self.swaps(interrupt),
@@ -168,7 +170,7 @@ impl Maker {
             }
             make(self, *part)?;
         }
-        Ok(true)
+        Ok(!interrupt.requested())
     }
 
     fn arena(&self, ground: Ground, robots: Robots, episodes: usize) -> Result<Arena> {
@@ -186,10 +188,11 @@ impl Maker {
         Arena::new(policies::locomotion(SHIPPED)?, setting).map_err(anyhow::Error::msg)
     }
 
-    /// What a part has found, if it was finished with the same episodes and seed.
+    /// What a part has found, if it was finished with the same measures, episodes and seed.
     fn finished(&self, name: &str, episodes: usize) -> Option<Results> {
         let results = Results::read(&self.file(name, "json")).ok()?;
-        (results.episodes == episodes && results.seed == self.seed).then_some(results)
+        let found = (results.version, results.episodes, results.seed);
+        (found == (VERSION, episodes, self.seed)).then_some(results)
     }
 
     fn judgment(&self, (suite_name, ground, robots, supervisor): Part) -> Result<()> {
@@ -202,8 +205,7 @@ impl Maker {
         eprintln!("{name}");
         let arena = self.arena(ground, robots, count)?;
         let cases = suite(suite_name).context("a suite of the list")?;
-        let names =
-            Names { suite: suite_name.into(), locomotion: SHIPPED.into(), supervisor: supervisor.into() };
+        let names = Names::new(suite_name, SHIPPED, supervisor)?;
         // The oracle's reward on a ground is the same for all that are judged there.
         let oracle = PARTS.iter().filter(|part| (part.1, part.2) == (ground, robots)).find_map(|part| {
             Some(self.finished(&part_name(*part), episodes(part.0, self.episodes))?.oracle_reward)
@@ -224,7 +226,8 @@ impl Maker {
     fn locomotion_is_finished(&self) -> bool {
         let found = std::fs::read(self.file("locomotion", "json")).ok();
         let found = found.and_then(|text| serde_json::from_slice::<LocomotionResults>(&text).ok());
-        found.is_some_and(|found| (found.episodes, found.seed) == (self.episodes, self.seed))
+        let known = (VERSION, self.episodes, self.seed);
+        found.is_some_and(|found| (found.version, found.episodes, found.seed) == known)
     }
 
     fn locomotion(&self) -> Result<()> {
@@ -265,7 +268,7 @@ impl Maker {
     }
 
     /// `paper17` in MuJoCo, beside the same episodes here; skipped, with the reason, where there is no MuJoCo.
-    fn other_engine(&self, (ground, episodes): (Ground, usize)) -> Result<()> {
+    fn other_engine(&self, (ground, episodes): (Ground, usize), interrupt: &Interrupt) -> Result<()> {
         let name = format!("mujoco-paper17-{}", ground.name());
         if self.finished(&name, episodes).is_some() {
             eprintln!("{name}: made before");
@@ -288,13 +291,25 @@ impl Maker {
         let arena = self.arena(ground, Robots::Nominal, episodes)?;
         let cases = suite("paper17").context("the suite paper17")?;
         let [plan, record] = ["plan", "record"].map(|extension| self.file(&name, extension));
+        // Those inside the program: the folder's are another pair where the program is of another day.
+        let policies = [("locomotion", policies::LOCOMOTION), ("supervisor", policies::SUPERVISOR)];
+        let mut command = Command::new(&python);
+        command.arg(script).args([&plan, &record]);
+        for (policy, bytes) in policies {
+            self.write(policy, "onnx", bytes)?;
+            command.arg(format!("--{policy}")).arg(self.file(policy, "onnx"));
+        }
         write_plan(&arena, &cases, "paper17", &plan)?;
-        let status = Command::new(&python).arg(script).args([&plan, &record]).status()?;
+        let status = command.status()?;
+        // Ctrl-C reaches Python, too.
+        if interrupt.requested() {
+            return Ok(());
+        }
         if !status.success() {
             return Err(anyhow!("{}: {status}", script.display()));
         }
         let (other, _) = judge_record(&record)?;
-        let names = Names { suite: "paper17".into(), locomotion: SHIPPED.into(), supervisor: SHIPPED.into() };
+        let names = Names::new("paper17", SHIPPED, SHIPPED)?;
         let (own, _) = judge(&arena, &policies::supervisor(SHIPPED)?, &cases, &names, None)?;
         for file in [&plan, &record] {
             std::fs::remove_file(file)?;
@@ -332,16 +347,18 @@ mod tests {
     }
 
     #[test]
-    fn a_finished_part_is_known_by_its_episodes_and_seed() {
+    fn a_finished_part_is_known_by_its_measures_episodes_and_seed() {
         let folder = tempfile::tempdir().unwrap();
         let maker = Maker { folder: folder.path().to_owned(), episodes: 20, seed: 3 };
         assert_eq!(maker.finished("part", 20), None);
-        let results = Results { episodes: 20, seed: 3, ..Results::default() };
+        let results = Results { version: VERSION, episodes: 20, seed: 3, ..Results::default() };
         maker.keep("part", &results).unwrap();
-        assert_eq!(maker.finished("part", 20), Some(results));
+        assert_eq!(maker.finished("part", 20), Some(results.clone()));
         assert_eq!(maker.finished("part", 21), None);
+        maker.keep("part", &Results { version: VERSION - 1, ..results }).unwrap();
+        assert_eq!(maker.finished("part", 20), None);
         for (seed, is_finished) in [(2, false), (3, true)] {
-            let results = LocomotionResults { episodes: 20, seed, ..LocomotionResults::default() };
+            let results = LocomotionResults { version: VERSION, episodes: 20, seed, ..Default::default() };
             maker.write("locomotion", "json", &serde_json::to_vec(&results).unwrap()).unwrap();
             assert_eq!(maker.locomotion_is_finished(), is_finished);
         }

@@ -45,7 +45,9 @@ impl Maker {
     /// Judges a pair of policies, or finds it judged; `oracle` is the oracle's reward over its walk, if known.
     pub(super) fn pair(&self, pair: &Pair, oracle: Option<BehaviorReward>) -> Result<Results> {
         let Pair { name, walk, supervisor, suite: suite_name, force_noise_n } = pair;
-        if let Some(results) = self.finished(name, self.pair_episodes()) {
+        let names = Names::new(suite_name, walk, supervisor)?;
+        let finished = self.finished(name, self.pair_episodes());
+        if let Some(results) = finished.filter(|results| results.policies == names.policies) {
             return Ok(results);
         }
         let setting = Setting {
@@ -57,8 +59,6 @@ impl Maker {
         };
         let arena = Arena::new(policies::locomotion(walk)?, setting).map_err(anyhow::Error::msg)?;
         let cases = suite(suite_name).with_context(|| format!("no suite is called {suite_name}"))?;
-        let names =
-            Names { suite: (*suite_name).into(), locomotion: walk.clone(), supervisor: supervisor.clone() };
         let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
         self.keep(name, &results)?;
         Ok(results)

@@ -156,7 +156,7 @@ impl Learning {
     }
 
     fn check_numbers(&self) -> Result<(), BadInput> {
-        let given = [("limit", self.limit), ("interval", self.interval)];
+        let given = [("limit", self.limit), ("interval", self.interval), ("target", self.target)];
         for (name, value) in given {
             if value.is_some_and(|value| !(value > 0.0 && value <= 1e5)) {
                 let value = value.unwrap_or_default();

@@ -12,7 +12,7 @@ use guidedog::evaluation::report::{self, PathTrace, ReportData};
 use guidedog::evaluation::results::Results;
 use guidedog::evaluation::suite::episodes;
 use guidedog::judging::{Names, judge, judge_cases, judge_record, with_progress, write_plan};
-use guidedog::policies;
+use guidedog::policies::{self, SHIPPED};
 use guidedog::result_tables::{side_by_side, table};
 use guidedog::run_folder::write_atomic;
 use guidedog::say;
@@ -105,9 +105,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.suite == LOCOMOTION {
         return run_locomotion(arguments);
     }
+    // Before anything is judged, so that a mistake is found now and not after it.
+    let beside =
+        arguments.beside.as_deref().map(|path| Results::read(path).or_bad_input(|| "--beside".into()));
+    let beside = beside.transpose()?;
     if let Some(path) = &arguments.recorded {
         let (results, traces) = judge_record(path).or_bad_input(|| path.display().to_string())?;
-        return show(arguments, results, traces);
+        return show(arguments, &results, traces, beside.as_ref());
     }
     let of_suite = cases(&arguments.suite, &[LOCOMOTION])?;
     let chosen = arguments.cases.iter().map(|name| case(&of_suite, name)).collect::<Result<Vec<_>, _>>()?;
@@ -126,17 +130,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         write_plan(&arena, &of_suite, &arguments.suite, path).or_bad_input(|| "--plan".into())?;
         return Ok(ExitCode::SUCCESS);
     }
-    let names = Names {
-        suite: if chosen.is_empty() { arguments.suite.clone() } else { "chosen pulls".into() },
-        locomotion: situation.locomotion.clone(),
-        supervisor: situation.supervisor.clone(),
-    };
+    let suite = if chosen.is_empty() { &arguments.suite } else { "chosen pulls" };
+    let names = Names::new(suite, &situation.locomotion, &situation.supervisor)?;
     let (results, traces) = if chosen.is_empty() {
         judge(&arena, &supervisor, &of_suite, &names, None)?
     } else {
         judge_cases(&arena, &supervisor, &chosen, &names)?
     };
-    show(arguments, results, traces)
+    show(arguments, &results, traces, beside.as_ref())
 }
 
 impl Arguments {
@@ -146,24 +147,28 @@ impl Arguments {
 }
 
 /// Prints the tables and writes what was asked for.
-fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Result<ExitCode> {
-    say!("{}", table(&results).trim_end());
-    if let Some(path) = &arguments.beside {
-        let other = Results::read(path).or_bad_input(|| "--beside".into())?;
-        say!("\n{}", side_by_side(&other, &results).trim_end());
+fn show(
+    arguments: &Arguments,
+    results: &Results,
+    traces: Vec<PathTrace>,
+    beside: Option<&Results>,
+) -> Result<ExitCode> {
+    say!("{}", table(results).trim_end());
+    if let Some(other) = beside {
+        say!("\n{}", side_by_side(other, results).trim_end());
     }
     let named = |path: &Path| path.display().to_string();
     if let Some(path) = &arguments.json {
         results.write(path).or_bad_input(|| "--json".into())?;
     }
     if let Some(path) = &arguments.figure {
-        let map = report::intent_map_svg(&results);
-        let figure = map.unwrap_or_else(|| report::success_bars_svg(&results, &[]));
+        let map = report::intent_map_svg(results);
+        let figure = map.unwrap_or_else(|| report::success_bars_svg(results, &[]));
         write_atomic(path, figure.as_bytes()).or_bad_input(|| format!("--figure {}", named(path)))?;
     }
     if let Some(path) = &arguments.report {
         let title = format!("guidedog: {} under {}", results.supervisor, results.suite);
-        let data = ReportData { title, judged: results, traces, ..ReportData::default() };
+        let data = ReportData { title, judged: results.clone(), traces, ..ReportData::default() };
         report::write(&data, path).or_bad_input(|| format!("--report {}", named(path)))?;
     }
     Ok(ExitCode::SUCCESS)
@@ -173,6 +178,8 @@ fn show(arguments: &Arguments, results: Results, traces: Vec<PathTrace>) -> Resu
 fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
     let others = [
         ("--case", !arguments.cases.is_empty()),
+        ("--supervisor", arguments.situation.supervisor != SHIPPED),
+        ("--ground", arguments.situation.ground.is_some()),
         ("--randomize", arguments.randomize),
         ("--friction", arguments.friction.is_some()),
         ("--force-noise", arguments.force_noise > 0.0),
@@ -184,7 +191,7 @@ fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
         ("--figure", arguments.figure.is_some()),
     ];
     if let Some((name, _)) = others.into_iter().find(|(_, given)| *given) {
-        let message = "does not go with --suite locomotion, which chooses robots, grounds and forces itself and prints tables";
+        let message = "does not go with --suite locomotion, which chooses robots, grounds, commands and forces itself and prints tables";
         return Err(BadInput::new(format!("{name} {message}")).into());
     }
     let Situation { locomotion, seed, .. } = &arguments.situation;

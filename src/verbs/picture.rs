@@ -61,8 +61,8 @@ struct Episode {
     out: PathBuf,
     #[command(flatten)]
     situation: Situation,
-    /// Seconds of the film or the figure
-    #[arg(long, default_value_t = 8.0)]
+    /// Seconds of the film or the figure, up to 60
+    #[arg(long, default_value_t = 8.0, value_parser = seconds)]
     seconds: f64,
 }
 
@@ -101,6 +101,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| *seconds > 0.0 && *seconds <= 60.0);
+    seconds.ok_or_else(|| "must be above 0, at most 60 seconds".into())
+}
+
 fn write(out: &Path, bytes: &[u8]) -> Result<()> {
     Ok(write_atomic(out, bytes).or_bad_input(|| format!("--out {}", out.display()))?)
 }
@@ -116,7 +121,7 @@ impl Episode {
 
     /// How many of the pieces of `period_s` are within the time asked for.
     fn count(&self, period_s: f64) -> usize {
-        (self.seconds.max(0.0) / period_s) as usize
+        (self.seconds / period_s) as usize
     }
 }
 

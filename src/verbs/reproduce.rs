@@ -107,7 +107,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let usual = if arguments.from_scratch { arguments.ground.run_name() } else { "reproduce" };
     let name = arguments.name.as_deref().unwrap_or(usual);
     if arguments.only.is_some() {
-        return everything(arguments, &root.join(name), &interrupt);
+        let run = RunFolder::open(root, name)?;
+        return everything(arguments, run.path(), &interrupt);
     }
     let seed = format!("training.seed={}", arguments.seed);
     let mut settings = [std::slice::from_ref(&seed), &arguments.set[..]].concat();
@@ -173,8 +174,7 @@ fn judge_all(
         }
         let own = name == LEARNED;
         let source = if own { run.file("policy.onnx").display().to_string() } else { name.to_owned() };
-        let names =
-            Names { suite: "paper17".into(), locomotion: locomotion.clone(), supervisor: name.into() };
+        let names = Names { supervisor: name.into(), ..Names::new("paper17", locomotion, &source)? };
         let oracle = all.first().map(|results| results.oracle_reward);
         let (results, traces) = judge(&arena, &policies::supervisor(&source)?, &cases, &names, oracle)?;
         if own {

@@ -12,22 +12,22 @@ pub(crate) struct Situation {
     /// The locomotion policy, an ONNX file
     #[arg(long, default_value = SHIPPED)]
     pub(crate) locomotion: String,
-    /// The supervisor: an ONNX file, rules, dominance or oracle
+    /// The supervisor: an ONNX file, rules (Table II), rules-margin (with thresholds 2 N farther out), dominance or oracle
     #[arg(long, default_value = SHIPPED)]
     pub(crate) supervisor: String,
-    /// The ground
-    #[arg(long, value_enum, default_value_t = GroundName::Flat)]
-    ground: GroundName,
-    /// Level of every tile of rough ground or stairs, 0 to 9
-    #[arg(long, default_value_t = LEVEL as u64, value_parser = clap::value_parser!(u64).range(0..=9))]
-    level: u64,
+    /// The ground [default: flat]
+    #[arg(long, value_enum)]
+    pub(crate) ground: Option<GroundName>,
+    /// Level of every tile of rough ground or stairs, 0 to 9 [default: 5]
+    #[arg(long, requires = "ground", value_parser = clap::value_parser!(u64).range(0..=9))]
+    pub(crate) level: Option<u64>,
     /// Seed of all draws
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum GroundName {
+pub(crate) enum GroundName {
     Flat,
     Rough,
     Stairs,
@@ -51,8 +51,8 @@ impl Situation {
 
     /// As [`Self::arena`], ground and seed of `setting` aside.
     pub(crate) fn arena_with(&self, setting: Setting) -> Result<Arena> {
-        let ground = Ground::from(self.ground);
-        let level = ground.level(self.level as usize);
+        let ground = self.ground.map_or(Ground::Flat, Ground::from);
+        let level = ground.level(self.level.map_or(LEVEL, |level| level as usize));
         let setting = Setting { ground, level, seed: self.seed, ..setting };
         Ok(Arena::new(policies::locomotion(&self.locomotion)?, setting).map_err(BadInput::new)?)
     }

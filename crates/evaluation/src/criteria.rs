@@ -105,9 +105,14 @@ mod tests {
         let walk = [0.8, 0.0, 0.0];
         let turn = [0.8, 0.0, 0.6];
         let spin = [0.0, 0.0, 0.6];
-        let table: [(_, _, [f32; 3], &[Criterion]); 19] = [
+        // Where a fourth of what is asked for is more than 0.15 rad/s.
+        let fast = [0.0, 0.0, 1.0];
+        let table: [(_, _, [f32; 3], &[Criterion]); 28] = [
             (Walk, walk, [0.61, 0.0, 0.0], &[]),
             (Walk, walk, [0.59, 0.0, 0.0], &[Pace]),
+            (Walk, walk, [0.99, 0.0, 0.0], &[]),
+            (Walk, walk, [1.01, 0.0, 0.0], &[Pace]),
+            (Walk, walk, [0.8, 0.14, 0.0], &[]),
             (Walk, walk, [0.8, 0.16, 0.0], &[Sideways]),
             // 15° over 6 s are 0.0436 rad/s.
             (Walk, walk, [0.8, 0.0, 0.043], &[]),
@@ -122,9 +127,16 @@ mod tests {
             (Turn, turn, [0.39, 0.0, 0.6], &[Pace]),
             (Turn, turn, [0.8, 0.0, 0.44], &[YawRate]),
             (Turn, turn, [0.8, 0.0, -0.6], &[YawRate]),
-            (Turn, turn, [0.8, 0.3, 0.6], &[Sideways]),
+            // 20° are a slope of 0.364.
+            (Turn, turn, [0.8, 0.286, 0.6], &[]),
+            (Turn, turn, [0.8, 0.296, 0.6], &[Sideways]),
             (Spin, spin, [0.0, 0.0, 0.74], &[]),
             (Spin, spin, [0.0, 0.0, 0.76], &[YawRate]),
+            (Spin, fast, [0.0, 0.0, 0.76], &[]),
+            (Spin, fast, [0.0, 0.0, 0.74], &[YawRate]),
+            (Spin, fast, [0.0, 0.0, 1.24], &[]),
+            (Spin, fast, [0.0, 0.0, 1.26], &[YawRate]),
+            (Spin, spin, [0.0, 0.0, -0.6], &[YawRate]),
             (Spin, spin, [0.14, 0.0, 0.6], &[]),
             (Spin, spin, [0.16, 0.0, 0.6], &[Stillness, Place]),
         ];

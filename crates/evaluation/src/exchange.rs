@@ -101,7 +101,7 @@ pub fn recordings(record: &Checkpoint) -> Result<Vec<Recording>, String> {
 fn recording<'a>(rows: impl Iterator<Item = (&'a [f32], &'a [f32])>) -> Result<Recording, String> {
     let mut recording = Recording::default();
     for (step, (row, force)) in rows.enumerate() {
-        if row.iter().any(|value| !value.is_finite()) {
+        if row.iter().chain(force).any(|value| !value.is_finite()) {
             return Err(format!("step {step} holds what is no number"));
         }
         let three = |from: usize| [row[from], row[from + 1], row[from + 2]];
@@ -160,6 +160,9 @@ mod tests {
         let mut file = record(&[[0.0; RECORDED]]);
         file.tensors.get_mut("samples").unwrap().1[4] = f32::NAN;
         assert_eq!(recordings(&file).unwrap_err(), "robot 0: step 0 holds what is no number");
+        let mut pulled = record(&[[0.0; RECORDED]]);
+        pulled.tensors.get_mut("force").unwrap().1[1] = f32::INFINITY;
+        assert_eq!(recordings(&pulled).unwrap_err(), "robot 0: step 0 holds what is no number");
         file.tensors.remove("steps");
         assert!(recordings(&file).unwrap_err().contains("`steps`"));
         assert!(recordings(&Checkpoint::default()).unwrap_err().contains("`samples`"));

@@ -9,12 +9,13 @@ use tasks::{
 };
 use terrain::{SubTerrain, TerrainGrid};
 
-pub use crate::setting::{Ground, Setting};
+pub use crate::setting::{Ground, Setting, draws};
 
 use crate::{
     episode::Episode,
     exchange::{Planned, plan},
     film::{FRAME_STEPS, Pose},
+    ground::{start, tiles},
     guided::Guided,
     measures::split::Met,
     outcome::{Outcome, reward_of, summarize},
@@ -26,9 +27,6 @@ use crate::{
 
 /// Length of a behavior-reward episode, and time between two pulls in it \[s\]. Source: the paper.
 const REWARD_EPISODE_S: f64 = 20.0;
-/// Tiles along each axis of an evaluation ground; robots start on inner ones, and walk at most 17 m.
-const TILES: usize = 10;
-const BORDER_TILES: usize = 2;
 /// Steps between two points of a path trace: 0.1 s.
 const TRACE_STEPS: usize = 5;
 
@@ -46,15 +44,16 @@ impl Arena {
     /// # Errors
     /// The level is out of range.
     pub fn new(locomotion: LocomotionPolicy, setting: Setting) -> Result<Self, String> {
-        let uniform = |kind| TerrainGrid::uniform(kind, setting.level, setting.seed, TILES);
+        let uniform = |kind| tiles(kind, setting.level, draws(setting.seed), setting.episodes);
         let grid = match setting.ground {
             Ground::Flat => Ok(TerrainGrid::flat()),
             Ground::Rough => uniform(None),
             Ground::Stairs => uniform(Some(SubTerrain::StairsUp)),
         };
-        let grid = grid.map_err(|error| error.to_string())?;
+        let grid = grid?;
         let simulation = Simulation::new(grid.field.clone(), locomotion.physics());
-        let course = Course { simulation, policy: locomotion, observation_noise: 0.0, seed: setting.seed };
+        let course =
+            Course { simulation, policy: locomotion, observation_noise: 0.0, seed: draws(setting.seed) };
         Ok(Self { course, grid, setting })
     }
 
@@ -70,13 +69,8 @@ impl Arena {
         squads.par_iter_mut().for_each(|squad| {
             for robot in 0..squad.robots() {
                 let number = squad.first_robot + robot;
-                let mut random = Philox::new(self.setting.seed, number, 0, 0, Purpose::Reset);
-                let mut inner = |count: usize| {
-                    let border = BORDER_TILES.min((count - 1) / 2);
-                    border + random.below((count - 2 * border) as u32) as usize
-                };
-                let (level, column) = (inner(self.grid.levels()), inner(self.grid.columns()));
-                let spawn = self.grid.spawn(level, column);
+                let mut random = Philox::new(self.course.seed, number, 0, 0, Purpose::Reset);
+                let spawn = start(&self.grid, &mut random);
                 squad.reset(&self.course, robot, spawn, &spread, &mut random);
             }
         });
@@ -106,7 +100,7 @@ impl Arena {
     /// What a robot of this setting met.
     fn met(&self, robot: usize, recording: &Recording) -> Met {
         let robots = self.setting.randomization();
-        let friction = || robots.draw(self.course.simulation.robot(), self.setting.seed, robot).friction;
+        let friction = || robots.draw(self.course.simulation.robot(), self.course.seed, robot).friction;
         Met {
             ground: (self.setting.ground != Ground::Flat)
                 .then(|| self.grid.kind_at(recording.pulled()[0].position)),
@@ -197,7 +191,7 @@ impl Arena {
 
     /// The episode of a robot.
     fn played<'a>(&self, cases: &'a [Case], robot: usize) -> Episode<'a> {
-        Episode::new(self.case(cases, robot), self.setting.seed, robot)
+        Episode::new(self.case(cases, robot), self.course.seed, robot)
     }
 
     /// A time without force, then the pull. Recordings of the robots that count.
@@ -317,7 +311,7 @@ impl Arena {
 
     /// The pull that a robot gets at a step of a reward episode.
     fn reward_pull(&self, pulls: &PullConfig, robot: usize, step: usize) -> [f32; 3] {
-        pulls.draw(&mut Philox::new(self.setting.seed, robot, 0, step as u32, Purpose::Command))
+        pulls.draw(&mut Philox::new(self.course.seed, robot, 0, step as u32, Purpose::Command))
     }
 
     fn reward_episode(&self, supervisor: &Supervisor, squad: Squad, pulls: &PullConfig) -> [f64; 4] {

@@ -3,6 +3,7 @@ pub mod criteria;
 pub mod episode;
 pub mod exchange;
 pub mod film;
+mod ground;
 mod guided;
 pub mod judge;
 pub mod locomotion;

@@ -10,7 +10,13 @@ use tasks::{
 };
 use terrain::{SubTerrain, TerrainGrid};
 
-use crate::{recording::steps, statistics::wilson_interval};
+use crate::{
+    ground::{start, tiles},
+    recording::steps,
+    results::VERSION,
+    setting::draws,
+    statistics::wilson_interval,
+};
 
 /// Length of an episode \[s\].
 pub(crate) const EPISODE_S: f64 = 20.0;
@@ -22,8 +28,6 @@ const COMMAND_S: f64 = 5.0;
 const STUCK_S: f64 = 1.0;
 /// It is stuck if it makes less than this share of the way it is told to go, along the commands.
 const STUCK_SHARE: f64 = 0.25;
-/// Tiles along each axis of the grounds.
-const TILES: usize = 8;
 
 /// Commands v_x, v_y \[m/s\], ω_z \[rad/s\] by name.
 const COMMANDS: [(&str, [f32; 3]); 9] = [
@@ -91,6 +95,9 @@ pub struct Row {
 pub struct LocomotionResults {
     /// "locomotion".
     pub suite: String,
+    /// The [`VERSION`] that found it; 0 in files from before there was one.
+    #[serde(default)]
+    pub version: u32,
     /// The policy: "shipped" or a file.
     pub locomotion: String,
     /// Episodes of every row.
@@ -115,9 +122,11 @@ pub fn judge_locomotion(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<LocomotionResults, String> {
     let total = COMMANDS.len() * PULLS.len() + FAMILIES.len() * LEVELS.len();
-    let judge = Judge { policy, episodes, seed };
+    let draws = draws(seed);
+    let judge = Judge { policy, episodes, seed: draws };
     let mut results = LocomotionResults {
         suite: "locomotion".into(),
+        version: VERSION,
         locomotion: name.into(),
         episodes,
         seed,
@@ -135,8 +144,8 @@ pub fn judge_locomotion(
     let grounds: Vec<_> =
         FAMILIES.iter().flat_map(|family| LEVELS.map(move |level| (family, level))).collect();
     let judged = grounds.into_par_iter().map(|(family, level)| {
-        let grid = TerrainGrid::uniform(Some(*family), level, seed, TILES).map_err(|e| e.to_string())?;
-        let row = judge.row(grid, true, [0.0; 3], |robot, step| changing_command(seed, robot, step))?;
+        let grid = tiles(Some(*family), level, draws, episodes)?;
+        let row = judge.row(grid, true, [0.0; 3], |robot, step| changing_command(draws, robot, step))?;
         progress(total);
         Ok(Row { name: family.name().into(), under: format!("level {level}"), ..row })
     });
@@ -195,9 +204,7 @@ impl Judge<'_> {
                 for robot in 0..squad.robots() {
                     let number = squad.first_robot + robot;
                     let mut random = Philox::new(self.seed, number, 0, 0, Purpose::Reset);
-                    // Inner tiles: robots walk at most 20 m.
-                    let mut inner = |count: usize| 2 + random.below((count - 4) as u32) as usize;
-                    let spawn = grid.spawn(inner(grid.levels()), inner(grid.columns()));
+                    let spawn = start(&grid, &mut random);
                     squad.reset(&course, robot, spawn, &spread, &mut random);
                     squad.set_hand_force(robot, pull);
                 }

@@ -40,11 +40,13 @@ impl Outcome {
     /// Measures an episode with [`crate::episode::pulled_steps`] samples under the pull, and keeps what it met.
     pub fn of(case: &Case, recording: &Recording, met: Met) -> Self {
         let pulled = recording.pulled();
-        let settled = &pulled[steps(case.script.settles_s())..];
+        let change = recording.onset + steps(case.script.settles_s());
+        let settled = &recording.samples[change..];
         let (behavior, target) = (case.behavior(), case.target());
         let motion = Motion::of(settled, target[2]);
         let side = f64::from(case.force[1]);
-        let stands = matches!(behavior, Behavior::Stop | Behavior::Spin);
+        let before = case.script.before();
+        let halts = |before: &[f32; 3]| behavior.stays() && !Behavior::of_force(*before).stays();
         Self {
             missed: if recording.fell() {
                 vec![Criterion::Upright]
@@ -54,8 +56,8 @@ impl Outcome {
             motion,
             reward: recording.upright().iter().map(|s| reward_of(s).1).sum::<f64>() / pulled.len() as f64,
             reading: nearest(mean_velocity(&settled[range(WINDOW_S)]), side),
-            latency: case.script.before().and_then(|before| latency(settled, before, case.force)),
-            stopping: stopping(settled).filter(|_| stands),
+            latency: before.and_then(|before| latency(&recording.samples, change, before, case.force)),
+            stopping: before.filter(halts).and_then(|_| stopping(settled)),
             switches: switches_per_10s(&settled[range(DRIFT_WINDOW_S)], side),
             // With a second before the pull, so that braking is seen from its beginning.
             comfort: comfort(&recording.samples[recording.onset.saturating_sub(steps(1.0))..]),

@@ -60,6 +60,18 @@ impl Script {
         }
     }
 
+    /// The forces \[N\] between which it leads, beside the case's own, `force`; noise is not meant, and not among them.
+    pub fn extremes(&self, force: [f32; 3]) -> Vec<[f32; 3]> {
+        match *self {
+            Self::Steady | Self::Noisy { .. } => vec![],
+            Self::Ramp { from, .. } => vec![from],
+            Self::After { first, .. } => vec![first],
+            Self::Swinging { by, .. } => {
+                [-1.0, 1.0].map(|sign| std::array::from_fn(|axis| force[axis] + sign * by[axis])).to_vec()
+            }
+        }
+    }
+
     /// The force \[N\] at a time \[s\] since the pull began; `force` is the case's own, `noise` belongs to the robot.
     pub fn force(&self, force: [f32; 3], time_s: f64, noise: &Noise) -> [f32; 3] {
         let time = time_s as f32;

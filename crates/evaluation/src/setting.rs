@@ -52,6 +52,12 @@ pub struct Setting {
     pub seed: u64,
 }
 
+/// The seed under which an evaluation draws robots, ground, pulls and noise: none of a training, whatever its seed below 2³², so that
+/// nothing is judged on what it learned from.
+pub fn draws(seed: u64) -> u64 {
+    seed ^ (0x6a75_6467 << 32)
+}
+
 impl Setting {
     /// How robots differ from each other.
     pub(crate) fn randomization(&self) -> Randomization {

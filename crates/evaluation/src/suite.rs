@@ -11,7 +11,7 @@ pub struct Case {
     pub name: String,
     /// Force of the hand, heading frame \[N\]: what the script leads to, and what is judged.
     pub force: [f32; 3],
-    /// How the force relates to those of training.
+    /// How the forces relate to those of the paper's training: the group that is farthest from them.
     pub group: Group,
     /// How the force comes about.
     pub script: Script,
@@ -31,7 +31,9 @@ impl Case {
     /// A pull with a script of its own.
     fn scripted(name: &str, [fx, fy]: [f32; 2], script: Script) -> Self {
         let force = [fx, fy, 0.0];
-        Self { name: name.into(), force, group: Group::of_force(force), script }
+        let groups = script.extremes(force).into_iter().map(Group::of_force);
+        let group = groups.fold(Group::of_force(force), Group::max);
+        Self { name: name.into(), force, group, script }
     }
 
     /// What Table II makes of it.
@@ -185,6 +187,17 @@ mod tests {
             let stronger = [[x - 1.0, y, 0.0], [x, y + y.signum(), 0.0]].map(Behavior::of_force);
             assert!(stronger.iter().any(|behavior| *behavior != case.behavior()), "{}", case.name);
         }
+    }
+
+    #[test]
+    fn a_script_belongs_where_its_farthest_force_does() {
+        let cases = suite("dynamic").unwrap();
+        let group = |name: &str| cases.iter().find(|case| case.name == name).unwrap().group;
+        assert_eq!(group("ramp to 0/30"), Group::Trained);
+        assert_eq!(group("tug 0/40, 0.25 s"), Group::Trained);
+        assert_eq!(group("tug 0/60, 0.5 s"), Group::Outside);
+        assert_eq!(group("0/35 swinging"), Group::Outside, "up to 45 N");
+        assert_eq!(suite("edges").unwrap()[0].group, Group::Edge, "noise is not meant");
     }
 
     #[test]

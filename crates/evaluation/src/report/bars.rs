@@ -34,8 +34,9 @@ pub(super) fn success(data: &ReportData) -> Option<Element> {
     if data.judged.cases.is_empty() {
         return None;
     }
-    let caption = "Episodes that met the criterion of their behavior, for each pull at the harness. Trained: forces as \
-                   in training; edge: on a threshold of Table II; outside: beyond the range of training.";
+    let caption = "Episodes that met the criterion of their behavior, for each pull at the harness. Trained: within \
+                   the forces of the paper's training; edge: on a threshold of Table II; outside: beyond the paper's \
+                   forces (a supervisor may have trained with them).";
     let (drawing, height) = draw(&data.judged, &data.baselines);
     let drawing = figure_root(WIDTH, height, &description(&data.judged)).child(drawing);
     Some(figure(drawing, Element::new("figcaption").text(caption)))

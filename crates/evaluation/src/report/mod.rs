@@ -47,7 +47,7 @@ pub struct Curve {
 pub struct TrainingCurves {
     /// Mean over all steps, in [0, 1].
     pub total: Curve,
-    /// Each behavior's share of the total, at most 0.25.
+    /// Each behavior's share of the total; at most the share of the time in which it is meant.
     pub behaviors: Vec<(Behavior, Curve)>,
 }
 

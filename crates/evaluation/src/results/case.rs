@@ -11,16 +11,16 @@ use crate::{
     statistics::wilson_interval,
 };
 
-/// How a case's force relates to the forces seen in training.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+/// How a case's force relates to those of the paper's training.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Group {
-    /// Inside the training range (blue in the paper's figure 5).
+    /// Inside the ranges of the paper's training (blue in its figure 5).
     #[default]
     Trained,
     /// On a threshold of Table II (yellow).
     Edge,
-    /// Beyond the training range (red).
+    /// Outside the ranges of the paper's training (red). Supervisors here train with wider ones.
     Outside,
 }
 
@@ -68,7 +68,7 @@ pub struct CaseResult {
     pub fx: f64,
     /// Force along y of the heading frame \[N\]; above zero pulls left.
     pub fy: f64,
-    /// Whether training saw such a force.
+    /// How it relates to the forces of the paper's training.
     pub group: Group,
     /// What Table II makes of it.
     pub behavior: Behavior,

@@ -63,11 +63,21 @@ impl BehaviorReward {
     }
 }
 
+/// Version of what is measured and how. It grows with every change of a suite, a criterion, a measure or the physics that moves
+/// numbers: results of different versions must not stand side by side.
+pub const VERSION: u32 = 2;
+
 /// All that one run of `guidedog evaluate` found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// Name of the suite: "paper17", "mirror17", ...
     pub suite: String,
+    /// The [`VERSION`] that found it; 0 in files from before there was one.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub version: u32,
+    /// Checksum of both policies, eight hexadecimal digits; empty where it is not known.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub policies: String,
     /// Kind of ground: "flat", "rough", "stairs".
     pub ground: String,
     /// Terrain level of every tile, 0 for flat ground.
@@ -89,7 +99,7 @@ pub struct Results {
     pub seed: u64,
     /// The locomotion policy judged: "shipped" or a file.
     pub locomotion: String,
-    /// The supervisor judged: "shipped", a file, "oracle", "rules" or "dominance"; "learned" if `reproduce` trained it.
+    /// The supervisor judged: "shipped", a file, "oracle", "rules", "rules-margin" or "dominance"; "learned" if `reproduce` trained it.
     pub supervisor: String,
     /// One entry for each case, in the suite's order.
     pub cases: Vec<CaseResult>,
@@ -113,6 +123,10 @@ pub struct Results {
 
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
+}
+
+fn is_none(version: &u32) -> bool {
+    *version == 0
 }
 
 /// What the suite `plane` says of the whole plane of forces.
