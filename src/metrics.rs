@@ -77,6 +77,14 @@ impl MetricsTable {
         if self.columns.len() > known { self.rewrite() } else { self.append_last_row() }
     }
 
+    /// Waits until all rows are on the disk.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn to_disk(&self) -> io::Result<()> {
+        fs::File::open(&self.path)?.sync_all()
+    }
+
     /// Names of all columns, the first of which is `iteration`.
     pub fn columns(&self) -> &[String] {
         &self.columns

@@ -53,12 +53,14 @@ impl<'a> Session<'a> {
         self.checkpoints.is_due()
     }
 
-    /// Saves the learner as it is now.
+    /// Saves the learner as it is now, after its rows: no checkpoint may be newer than what is known of it.
     ///
     /// # Errors
     /// The disk refuses; the last good checkpoint is named.
     pub fn save(&mut self, learner: &dyn Learner) -> Result<()> {
-        let saved = self.checkpoints.save(learner).and_then(|()| self.log.distributions(learner));
+        let rows = self.log.to_disk();
+        let saved =
+            rows.and_then(|()| self.checkpoints.save(learner)).and_then(|()| self.log.distributions(learner));
         saved.with_context(|| last_good(self.run))
     }
 }
@@ -87,6 +89,12 @@ impl Log {
         let begin = || format!("cannot begin an event file in {}", run.path().display());
         let events = EventWriter::create(run.path(), first + 1).with_context(begin)?;
         Ok(Self { folder: run.path().to_owned(), first, table, events })
+    }
+
+    /// Rows outlive a power cut from here on.
+    fn to_disk(&self) -> Result<()> {
+        let path = || format!("cannot write {}", self.folder.join("metrics.csv").display());
+        self.table.to_disk().with_context(path)
     }
 
     fn append(&mut self, iteration: u64, row: &[(String, f64)]) -> Result<()> {

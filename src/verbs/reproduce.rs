@@ -93,8 +93,8 @@ Examples:
   guidedog reproduce --from-scratch     begins with a robot that cannot walk
   guidedog reproduce --from-scratch --ground rough
   guidedog reproduce --seed 2 --name second
-  guidedog reproduce --everything       all numbers and pictures of docs/results.md: hours; its tables of 1000
-                                        episodes want --episodes 1000
+  guidedog reproduce --everything       the numbers and pictures of the shipped policies in docs/results.md: hours;
+                                        its tables of 1000 episodes want --episodes 1000
   guidedog reproduce --everything --only mujoco
 
 Stop it with Ctrl-C and start it again with the same words: it goes on where it was. It leaves
@@ -199,13 +199,14 @@ fn judge_and_report(
     let Some((mut all, traces)) = judge_all(run, config, level, &supervisors, interrupt)? else {
         return Ok(false);
     };
+    let metrics = MetricsTable::read(&run.file("metrics.csv")).context("metrics.csv")?;
     let data = ReportData {
         title: "guidedog: every pull understood?".into(),
         judged: all.remove(0),
         baselines: all,
         traces,
-        training: training_curves(run)?,
-        notes: notes(config, began),
+        training: training_curves(&metrics),
+        notes: notes(config, &metrics, began),
     };
     data.judged.write(&run.file("results.json")).context("results.json")?;
     let path = run.file("report.html");
@@ -225,28 +226,31 @@ fn judge_and_report(
 }
 
 /// What the report says of the training.
-fn notes(config: &SupervisorRun, began: Instant) -> Vec<(String, String)> {
+fn notes(config: &SupervisorRun, metrics: &MetricsTable, began: Instant) -> Vec<(String, String)> {
+    // Those made: a finished run is not made shorter by a setting.
+    let iterations = metrics.rows().last().map_or(0, |(iteration, _)| iteration);
+
     vec![
         ("locomotion policy".into(), config.task.locomotion.clone()),
         ("seed".into(), config.training.seed.to_string()),
         ("robots trained on".into(), config.training.num_envs.to_string()),
-        ("iterations".into(), config.training.iterations.to_string()),
+        ("iterations".into(), iterations.to_string()),
         ("ground trained on".into(), format!("{:?}", config.task.terrain).to_lowercase()),
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
         ("wall time of this start".into(), format!("{} s", began.elapsed().as_secs())),
     ]
 }
 
-fn training_curves(run: &RunFolder) -> Result<Option<TrainingCurves>> {
-    let metrics = MetricsTable::read(&run.file("metrics.csv")).context("metrics.csv")?;
+/// `None` if nothing was learned.
+fn training_curves(metrics: &MetricsTable) -> Option<TrainingCurves> {
     let curve = |name: &str| Curve {
         name: name.to_owned(),
         points: metrics.column(&format!("behavior_reward/{name}")),
     };
     let total = curve("total");
     if total.points.is_empty() {
-        return Ok(None);
+        return None;
     }
     let behaviors = Behavior::ALL.map(|behavior| (behavior, curve(behavior.name())));
-    Ok(Some(TrainingCurves { total, behaviors: behaviors.to_vec() }))
+    Some(TrainingCurves { total, behaviors: behaviors.to_vec() })
 }
