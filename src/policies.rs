@@ -16,8 +16,18 @@ pub const LOCOMOTION: &[u8] = include_bytes!("../policies/locomotion.onnx");
 /// The supervisor inside the program.
 pub const SUPERVISOR: &[u8] = include_bytes!("../policies/supervisor.onnx");
 
-/// Supervisors that are programs.
-const RULES: [&str; 4] = ["oracle", "rules", "rules-margin", "dominance"];
+/// Supervisors that learned nothing, by name.
+pub const RULES: [(&str, Supervisor); 4] = [
+    ("oracle", Supervisor::Oracle),
+    ("rules", Supervisor::Rules),
+    ("rules-margin", Supervisor::RulesWithMargin),
+    ("dominance", Supervisor::Dominance),
+];
+
+/// The supervisor of that name, if it is one of [`RULES`].
+fn rule(name: &str) -> Option<Supervisor> {
+    RULES.into_iter().find_map(|(known, rule)| (known == name).then_some(rule))
+}
 
 /// Checksum of both shipped policies, by which results of others are told from theirs.
 pub fn shipped_checksum() -> u32 {
@@ -31,7 +41,7 @@ pub fn shipped_checksum() -> u32 {
 pub fn checksum(locomotion: &str, supervisor: &str) -> Result<String, BadInput> {
     let bytes = |source: &str, shipped: &[u8]| match source {
         SHIPPED => Ok(shipped.to_vec()),
-        name if RULES.contains(&name) => Ok(name.as_bytes().to_vec()),
+        name if rule(name).is_some() => Ok(name.as_bytes().to_vec()),
         path => std::fs::read(path).or_bad_input(|| path.to_owned()),
     };
     let walk = crc32c::crc32c(&bytes(locomotion, LOCOMOTION)?);
@@ -66,18 +76,14 @@ pub fn locomotion(source: &str) -> Result<LocomotionPolicy, BadInput> {
 /// # Errors
 /// The file cannot be read or is no supervisor.
 pub fn supervisor(source: &str) -> Result<Supervisor, BadInput> {
-    Ok(match source {
-        "oracle" => Supervisor::Oracle,
-        "rules" => Supervisor::Rules,
-        "rules-margin" => Supervisor::RulesWithMargin,
-        "dominance" => Supervisor::Dominance,
-        _ if source != SHIPPED && !Path::new(source).exists() => {
-            let names = [&RULES[..], &[SHIPPED]].concat().join(", ");
-            return Err(BadInput::new(format!("the supervisor {source} is no file; others are: {names}")));
-        }
-        _ => {
-            let policy = SupervisorPolicy::new(read(source, SUPERVISOR)?);
-            Supervisor::Learned(policy.map_err(|message| BadInput::new(format!("{source}: {message}")))?)
-        }
-    })
+    if let Some(rule) = rule(source) {
+        return Ok(rule);
+    }
+    if source != SHIPPED && !Path::new(source).exists() {
+        let names = RULES.map(|(name, _)| name).join(", ");
+        let message = format!("the supervisor {source} is no file; others are: {names}, {SHIPPED}");
+        return Err(BadInput::new(message));
+    }
+    let policy = SupervisorPolicy::new(read(source, SUPERVISOR)?);
+    Ok(Supervisor::Learned(policy.map_err(|message| BadInput::new(format!("{source}: {message}")))?))
 }

@@ -93,13 +93,11 @@ impl Log {
 
     /// Rows outlive a power cut from here on.
     fn to_disk(&self) -> Result<()> {
-        let path = || format!("cannot write {}", self.folder.join("metrics.csv").display());
-        self.table.to_disk().with_context(path)
+        self.table.to_disk().with_context(|| cannot_write_rows(&self.folder))
     }
 
     fn append(&mut self, iteration: u64, row: &[(String, f64)]) -> Result<()> {
-        let path = || format!("cannot write {}", self.folder.join("metrics.csv").display());
-        self.table.append(iteration, row).with_context(path)?;
+        self.table.append(iteration, row).with_context(|| cannot_write_rows(&self.folder))?;
         let scalars = row.iter().map(|(name, value)| (name.as_str(), *value));
         self.events.scalars(iteration, scalars).with_context(|| cannot_write_events(&self.folder))
     }
@@ -113,6 +111,10 @@ impl Log {
         let written = self.events.histograms(learner.iteration(), &values);
         written.with_context(|| cannot_write_events(&self.folder))
     }
+}
+
+fn cannot_write_rows(folder: &Path) -> String {
+    format!("cannot write {}", folder.join("metrics.csv").display())
 }
 
 fn cannot_write_events(folder: &Path) -> String {

@@ -6,13 +6,11 @@ use super::Maker;
 use super::ablations::{ITERATIONS, SEEDS};
 use super::pair::{Pair, table};
 use crate::interrupt::Interrupt;
-use crate::policies::SHIPPED;
+use crate::policies::{RULES, SHIPPED};
 
 /// Error of the force that supervisors see where they are compared with rules \[N\]: with a perfect sensor on level ground there would be
 /// nothing to learn.
 const SENSOR_ERROR_N: f64 = 2.0;
-/// Those that learn nothing.
-const RULES: [&str; 4] = ["oracle", "rules", "rules-margin", "dominance"];
 /// Ablations that are compared with them.
 const LEARNED: [&str; 2] = ["paper-task", "ours"];
 
@@ -21,7 +19,7 @@ impl Maker {
     /// interrupts.
     pub(super) fn baselines(&self, interrupt: &Interrupt) -> Result<bool> {
         let one = |name: &str| (name.to_owned(), name.to_owned(), vec![name.to_owned()]);
-        let mut supervisors = RULES.map(one).to_vec();
+        let mut supervisors = RULES.map(|(name, _)| one(name)).to_vec();
         for name in LEARNED {
             let Some(seeds) = self.ablation(name, interrupt)? else { return Ok(false) };
             supervisors.push((name.to_owned(), format!("{name}, {ITERATIONS} iterations"), seeds));
@@ -72,7 +70,7 @@ mod tests {
         for name in LEARNED {
             assert!(ABLATIONS.iter().any(|(other, _)| *other == name), "{name}");
         }
-        for name in RULES {
+        for (name, _) in RULES {
             assert!(crate::policies::supervisor(name).is_ok(), "{name}");
         }
     }

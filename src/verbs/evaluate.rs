@@ -111,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let beside = beside.transpose()?;
     if let Some(path) = &arguments.recorded {
         let (results, traces) = judge_record(path).or_bad_input(|| path.display().to_string())?;
-        return show(arguments, &results, traces, beside.as_ref());
+        return show(arguments, results, traces, beside.as_ref());
     }
     let of_suite = cases(&arguments.suite, &[LOCOMOTION])?;
     let chosen = arguments.cases.iter().map(|name| case(&of_suite, name)).collect::<Result<Vec<_>, _>>()?;
@@ -137,7 +137,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     } else {
         judge_cases(&arena, &supervisor, &chosen, &names)?
     };
-    show(arguments, &results, traces, beside.as_ref())
+    show(arguments, results, traces, beside.as_ref())
 }
 
 impl Arguments {
@@ -149,26 +149,26 @@ impl Arguments {
 /// Prints the tables and writes what was asked for.
 fn show(
     arguments: &Arguments,
-    results: &Results,
+    results: Results,
     traces: Vec<PathTrace>,
     beside: Option<&Results>,
 ) -> Result<ExitCode> {
-    say!("{}", table(results).trim_end());
+    say!("{}", table(&results).trim_end());
     if let Some(other) = beside {
-        say!("\n{}", side_by_side(other, results).trim_end());
+        say!("\n{}", side_by_side(other, &results).trim_end());
     }
     let named = |path: &Path| path.display().to_string();
     if let Some(path) = &arguments.json {
         results.write(path).or_bad_input(|| "--json".into())?;
     }
     if let Some(path) = &arguments.figure {
-        let map = report::intent_map_svg(results);
-        let figure = map.unwrap_or_else(|| report::success_bars_svg(results, &[]));
+        let map = report::intent_map_svg(&results);
+        let figure = map.unwrap_or_else(|| report::success_bars_svg(&results, &[]));
         write_atomic(path, figure.as_bytes()).or_bad_input(|| format!("--figure {}", named(path)))?;
     }
     if let Some(path) = &arguments.report {
         let title = format!("guidedog: {} under {}", results.supervisor, results.suite);
-        let data = ReportData { title, judged: results.clone(), traces, ..ReportData::default() };
+        let data = ReportData { title, judged: results, traces, ..ReportData::default() };
         report::write(&data, path).or_bad_input(|| format!("--report {}", named(path)))?;
     }
     Ok(ExitCode::SUCCESS)

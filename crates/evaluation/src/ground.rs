@@ -7,6 +7,7 @@ use terrain::{SubTerrain, TerrainGrid};
 const BORDER_TILES: usize = 2;
 /// Most tiles along each axis on which robots start.
 const MAX_INNER_TILES: usize = 20;
+
 /// A ground of one level, of one family or of all, with a tile to start on for each of so many episodes, up to 400.
 ///
 /// # Errors

@@ -44,16 +44,15 @@ impl Arena {
     /// # Errors
     /// The level is out of range.
     pub fn new(locomotion: LocomotionPolicy, setting: Setting) -> Result<Self, String> {
-        let uniform = |kind| tiles(kind, setting.level, draws(setting.seed), setting.episodes);
+        let seed = draws(setting.seed);
+        let uniform = |kind| tiles(kind, setting.level, seed, setting.episodes);
         let grid = match setting.ground {
-            Ground::Flat => Ok(TerrainGrid::flat()),
-            Ground::Rough => uniform(None),
-            Ground::Stairs => uniform(Some(SubTerrain::StairsUp)),
+            Ground::Flat => TerrainGrid::flat(),
+            Ground::Rough => uniform(None)?,
+            Ground::Stairs => uniform(Some(SubTerrain::StairsUp))?,
         };
-        let grid = grid?;
         let simulation = Simulation::new(grid.field.clone(), locomotion.physics());
-        let course =
-            Course { simulation, policy: locomotion, observation_noise: 0.0, seed: draws(setting.seed) };
+        let course = Course { simulation, policy: locomotion, observation_noise: 0.0, seed };
         Ok(Self { course, grid, setting })
     }
 

@@ -122,8 +122,7 @@ pub fn judge_locomotion(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<LocomotionResults, String> {
     let total = COMMANDS.len() * PULLS.len() + FAMILIES.len() * LEVELS.len();
-    let draws = draws(seed);
-    let judge = Judge { policy, episodes, seed: draws };
+    let judge = Judge { policy, episodes, seed: draws(seed) };
     let mut results = LocomotionResults {
         suite: "locomotion".into(),
         version: VERSION,
@@ -144,8 +143,8 @@ pub fn judge_locomotion(
     let grounds: Vec<_> =
         FAMILIES.iter().flat_map(|family| LEVELS.map(move |level| (family, level))).collect();
     let judged = grounds.into_par_iter().map(|(family, level)| {
-        let grid = tiles(Some(*family), level, draws, episodes)?;
-        let row = judge.row(grid, true, [0.0; 3], |robot, step| changing_command(draws, robot, step))?;
+        let grid = tiles(Some(*family), level, judge.seed, episodes)?;
+        let row = judge.row(grid, true, [0.0; 3], |robot, step| changing_command(judge.seed, robot, step))?;
         progress(total);
         Ok(Row { name: family.name().into(), under: format!("level {level}"), ..row })
     });

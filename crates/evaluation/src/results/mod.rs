@@ -73,7 +73,7 @@ pub struct Results {
     /// Name of the suite: "paper17", "mirror17", ...
     pub suite: String,
     /// The [`VERSION`] that found it; 0 in files from before there was one.
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub version: u32,
     /// Checksum of both policies, eight hexadecimal digits; empty where it is not known.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -121,12 +121,8 @@ pub struct Results {
     pub engine: Option<String>,
 }
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-fn is_none(version: &u32) -> bool {
-    *version == 0
+fn is_zero<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// What the suite `plane` says of the whole plane of forces.

@@ -96,24 +96,24 @@ impl Supervisor {
         workspace: &mut ForwardWorkspace,
         commands: &mut [[f32; 3]],
     ) {
-        let table_two = |force: [f32; 3]| Behavior::of_force(force).target(force);
-        let with_margin =
-            |force: [f32; 3]| Behavior::of_force_with_margin(force, RULE_MARGIN_N).target(force);
-        match self {
+        let rule: fn([[f32; 3]; 2]) -> [f32; 3] = match self {
             Self::Learned(policy) => {
                 policy.mlp.forward(commands.len(), observations, commands.as_flattened_mut(), workspace);
                 commands.iter_mut().for_each(|command| *command = limited(command));
+                return;
             }
-            Self::Rules => commands.iter_mut().zip(forces).for_each(|(c, [seen, _])| *c = table_two(*seen)),
-            Self::RulesWithMargin => {
-                commands.iter_mut().zip(forces).for_each(|(c, [seen, _])| *c = with_margin(*seen))
-            }
-            Self::Oracle => commands.iter_mut().zip(forces).for_each(|(c, [_, real])| *c = table_two(*real)),
-            Self::Dominance => {
-                commands.iter_mut().zip(forces).for_each(|(c, [seen, _])| *c = dominance(*seen))
-            }
-        }
+            Self::Rules => |[seen, _]| table_two(seen, [0.0; 2]),
+            Self::RulesWithMargin => |[seen, _]| table_two(seen, RULE_MARGIN_N),
+            Self::Oracle => |[_, real]| table_two(real, [0.0; 2]),
+            Self::Dominance => |[seen, _]| dominance(seen),
+        };
+        commands.iter_mut().zip(forces).for_each(|(command, force)| *command = rule(*force));
     }
+}
+
+/// What Table II asks for under a force \[N\], with thresholds that are higher by `margin` \[N\].
+fn table_two(force: [f32; 3], margin: [f32; 2]) -> [f32; 3] {
+    Behavior::of_force_with_margin(force, margin).target(force)
 }
 
 /// One plan of the dominance rule. Figures: `prisma-lab/Tethering-human-with-quadruped`, as summarized with the derivation of
