@@ -92,7 +92,7 @@ impl TaskConfig for GuidanceConfig {
 
 /// Half of a supervisor's usual training, for a walk of level ground that was learned just before, and as supervisors learned until
 /// commit 7b040fc: over such a walk today's way reads fewer pulls on thresholds (docs/findings.md, "Drift of the place").
-pub const SHORT_SUPERVISOR_TRAINING: [&str; 7] = [
+pub const SHORT_SUPERVISOR_TRAINING: [&str; 8] = [
     "training.iterations=300",
     "ppo.anneal_iterations=300",
     "ppo.anneal_to=0.1",
@@ -100,6 +100,7 @@ pub const SHORT_SUPERVISOR_TRAINING: [&str; 7] = [
     "ppo.learning_rate_range=[1e-5,5e-3]",
     "ppo.initial_output_scale=1",
     "task.place_drift=0",
+    "task.command_rate=-1e-4",
 ];
 
 impl<T: TaskConfig> Default for Run<T> {

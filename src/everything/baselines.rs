@@ -3,7 +3,7 @@
 use anyhow::Result;
 
 use super::Maker;
-use super::ablations::{ITERATIONS, SEEDS};
+use super::ablations::SEEDS;
 use super::pair::{Pair, table};
 use crate::interrupt::Interrupt;
 use crate::policies::{RULES, SHIPPED};
@@ -18,18 +18,18 @@ impl Maker {
     /// Rules and learned supervisors with an imprecise force sensor, on the pulls of the paper and on thresholds; false if the user
     /// interrupts.
     pub(super) fn baselines(&self, interrupt: &Interrupt) -> Result<bool> {
-        let one = |name: &str| (name.to_owned(), name.to_owned(), vec![name.to_owned()]);
+        let one = |name: &str| (name.to_owned(), vec![name.to_owned()]);
         let mut supervisors = RULES.map(|(name, _)| one(name)).to_vec();
         for name in LEARNED {
             let Some(seeds) = self.ablation(name, interrupt)? else { return Ok(false) };
-            supervisors.push((name.to_owned(), format!("{name}, {ITERATIONS} iterations"), seeds));
+            supervisors.push((name.to_owned(), seeds));
         }
         supervisors.push(one(SHIPPED));
         let mut text = String::new();
         let mut oracle = None;
         for suite in ["paper17", "edges"] {
             let mut rows = Vec::new();
-            for (name, label, seeds) in &supervisors {
+            for (name, seeds) in &supervisors {
                 let mut found = Vec::new();
                 for (seed, supervisor) in (1..).zip(seeds) {
                     if interrupt.requested() {
@@ -46,7 +46,7 @@ impl Maker {
                     oracle = Some(results.oracle_reward);
                     found.push(results);
                 }
-                rows.push((label.clone(), found));
+                rows.push((name.clone(), found));
             }
             text += &format!(
                 "{suite} on level ground, {} episodes a case, randomized robots, force seen with ±{SENSOR_ERROR_N} N; learned: {SEEDS} seeds, median (lowest to \

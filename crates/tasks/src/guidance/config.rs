@@ -44,7 +44,8 @@ pub struct GuidanceConfig {
     /// How far beyond a threshold of Table II a pull must be to mean more, along x and along y: one that is on it is gentle then
     /// with something to spare \[N; 0 to 10\]. Source: docs/findings.md, "Thresholds"; the paper: 0.
     pub threshold_margin_n: [f32; 2],
-    /// Weight of the squared change of the command \[s/m² and s/rad²; -10 to 0\]. Source: the paper, −1e-4.
+    /// Weight of the squared change of the command \[s/m² and s/rad²; -10 to 0\]. Source: docs/findings.md, "A price on changes of
+    /// the command"; the paper: −1e-4.
     pub command_rate: f32,
     /// Weight of the drift of the heading: the yaw rate's running mean over 0.5 s, less what is wanted, at most 0.15 rad/s
     /// \[1/rad; -100 to 0\]. Source: docs/findings.md, "Drift of the heading"; the paper: 0.
@@ -72,7 +73,7 @@ impl Default for GuidanceConfig {
             force_unit_n: 1.0,
             pull: PullConfig::default(),
             threshold_margin_n: [1.1, 0.8],
-            command_rate: -1e-4,
+            command_rate: -0.01,
             heading_drift: -2.0,
             place_drift: -2.0,
             fall: -3.0,
