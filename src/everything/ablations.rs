@@ -138,6 +138,11 @@ mod tests {
                 _ => continue,
             };
             assert_eq!(config.task.pull, pull, "{name}");
+            if name == "paper-task" {
+                let paper = include_str!("../../configs/supervisor/paper.toml");
+                let paper: SupervisorRun = resolve_text("paper.toml", paper, &[]).unwrap();
+                assert_eq!(config.task, paper.task);
+            }
         }
     }
 }
