@@ -87,6 +87,7 @@ fn whole(options: &Options) {
         "{} robots x {} steps, {} threads",
         config.training.num_envs, config.ppo.steps_per_env, options.threads
     );
+    println!("resident memory is the most this process ever had; for that of one precision, --precision");
     for &precision in &options.precisions {
         let env = config.task.environments(config.training.num_envs, 1).expect("a sound configuration");
         let ppo = Config { precision, ..config.ppo.clone() };

@@ -184,9 +184,6 @@ impl Lane for Counted {
         count(|n| n.slow += 1);
         Self(self.0.sqrt())
     }
-    fn abs(self) -> Self {
-        Self::logic(self.0.abs())
-    }
     fn min(self, other: Self) -> Self {
         Self::logic(self.0.min(other.0))
     }

@@ -78,7 +78,7 @@ function chart(name: string, changed: () => void): Chart {
   select.setAttribute("aria-label", "Curve");
   select.append(new Option(plain(name), name));
   select.addEventListener("change", changed);
-  const value = make("output", "–");
+  const value = make("span", "–", "value");
   head.append(select, value);
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);

@@ -2,7 +2,7 @@
 
 import { Plane as GeometryPlane, Raycaster, Vector2, Vector3 } from "three";
 
-import { type Pull, isOwnKey } from "./pull.ts";
+import { type Pull, isForPage } from "./pull.ts";
 import type { Stage } from "./scene.ts";
 
 /** How near the handle a pointer takes it [px]; fingers are wider. */
@@ -102,7 +102,7 @@ export function bindGrab(stage: Stage, pull: Pull | null, heading: (lane: number
   );
   document.addEventListener("keydown", (event) => {
     const keys = CAMERA_KEYS[event.key];
-    if (!keys || event.ctrlKey || event.altKey || event.metaKey || isOwnKey(event)) return;
+    if (!keys || !isForPage(event)) return;
     move(...keys);
     event.preventDefault();
   });

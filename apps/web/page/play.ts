@@ -212,7 +212,7 @@ class Page {
         force[axis] = sign * Number(slider.value);
         this.pull.set(force, id);
       });
-      return { slider, sign, out: find<HTMLOutputElement>(`${id}-out`) };
+      return { slider, sign, out: find(`${id}-out`) };
     });
     const presets = find("presets");
     const buttons = this.description.presets.map(([x, y]) => {
@@ -221,6 +221,7 @@ class Page {
       button.append(make("small", meant, `behavior ${meant}`));
       button.type = "button";
       button.dataset["preset"] = `${x}/${y}`;
+      button.setAttribute("aria-label", `${inWords([x, y, 0])}: ${meant}`);
       button.addEventListener("click", () => this.pull.set([x, y, 0], "preset"));
       presets.append(button);
       return { button, x, y };

@@ -1,6 +1,7 @@
 // The visitor's pull: set by sliders, plane, keys, presets, gamepad or the handle itself, all the same.
 
 import type { Description, Vector } from "./contract.ts";
+import { find } from "./dom.ts";
 
 const GAMEPAD_STEP_N = 5;
 
@@ -44,16 +45,16 @@ const ARROWS = ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"];
 /** Keys that controls use themselves, by their type; those that are not here, fields and lists, use all. */
 const OWN_KEYS: Record<string, string[]> = { button: [" "], checkbox: [" "], radio: [" ", ...ARROWS], range: ARROWS };
 
-/** Whether the control with the focus uses a key itself. */
-export function isOwnKey(event: KeyboardEvent): boolean {
+/** Whether a key is meant for the page: keys are not switched off, as who speaks to the browser does, and no control uses it itself. */
+export function isForPage(event: KeyboardEvent): boolean {
+  if (event.ctrlKey || event.altKey || event.metaKey || !find<HTMLInputElement>("keys").checked) return false;
   const { type } = event.target as HTMLInputElement;
-  return Boolean(type) && (OWN_KEYS[type]?.includes(event.key) ?? true);
+  return !type || OWN_KEYS[type]?.includes(event.key) === false;
 }
 
-/** Keys for the handle and the clock, wherever they are pressed but in a control that uses them itself. */
+/** Keys for the handle and the clock; Esc lets go wherever it is pressed. */
 export function bindKeys(pull: Pull, actions: { pause(): void; step(): void; reset(): void; preset(index: number): void }): void {
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey) return;
     const amount = event.shiftKey ? 1 : 5;
     const arrows: Record<string, [number, number]> = {
       ArrowUp: [amount, 0],
@@ -63,7 +64,7 @@ export function bindKeys(pull: Pull, actions: { pause(): void; step(): void; res
     };
     const arrow = arrows[event.key];
     if (event.key === "Escape") pull.release("keys");
-    else if (isOwnKey(event)) return;
+    else if (!isForPage(event)) return;
     else if (arrow) pull.add(...arrow, "keys");
     else if (event.key === ".") actions.step();
     else if (/^[1-9]$/.test(event.key)) actions.preset(Number(event.key) - 1);

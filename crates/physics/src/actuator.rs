@@ -13,8 +13,9 @@ use crate::engine::Actuator;
 /// Each of the law's branches is affine, so taking its damping implicitly is exact within a branch and stable for any kd:
 /// kd dt / I reaches 0.9 at a shank, and the motor's own slope of 16 N m s/rad more than that. The spring is explicit: by
 /// itself a joint of inertia I is stable while dt² kp < 2 (2 I + dt kd), for any I while dt kp ≤ 2 kd (the default: 0.4 and
-/// 4 N m s/rad). The branch is that of the velocity at the beginning: a step that stops a joint may follow its line beyond the
-/// effort limit.
+/// 4 N m s/rad). The branch is that of the velocity at the beginning, and nothing is clamped at the end: a step that
+/// changes the velocity by Δq̇ ends damping · |Δq̇| further along the line, which may be beyond the effort limit and,
+/// if it turns a joint around on the motor's slope, beyond the stall torque.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AffineTorque<L> {
     pub(crate) constant: L,

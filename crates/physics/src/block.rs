@@ -51,7 +51,8 @@ pub struct Input<L> {
 /// What a step reports beside the new state.
 #[derive(Clone, Debug)]
 pub struct Output<L> {
-    /// Torques the actuators applied in the last step \[N m or N\], model order; where it slowed a joint they may be above
+    /// Torques the actuators applied in the last step \[N m or N\], model order; where it changed a joint's speed they
+    /// may be beyond the motor's limits, by as much as is said at
     /// [`Actuator::effort_limit`](crate::Actuator::effort_limit).
     pub joint_torque: Vec<L>,
     /// Force of the ground on each contact sphere in the last step, world frame \[N\], in the order of

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use robot::{BodyPart, RobotModel};
+use robot::{Harness, RobotModel};
 use spatial::{Lane, Vec3};
 use terrain::HeightField;
 
@@ -25,8 +25,9 @@ pub struct Config {
     pub solver_sweeps: usize,
     /// Share of a penetration, and of what a joint is beyond its limit, that is corrected in one step (0 to 1).
     pub error_reduction: f64,
-    /// Fastest correction of a penetration \[m/s\] (0 or more). That of a joint limit has no such bound; but where a step's
-    /// impulses would add more energy than the whole robot has at this speed, all of them are scaled down.
+    /// Fastest correction of a penetration \[m/s\] (0 or more). That of a joint limit has no such bound. But where a
+    /// step's impulses would add more energy than pushing out takes (penetrations and limits), or more than the whole
+    /// robot has at this speed, all of them are scaled down.
     pub max_depenetration_speed: f64,
     /// A contact enters the solver when its gap is below this and what it approaches by in a step \[m\] (0 or more), but never
     /// above 50 mm: what approaches by more in a step, at 5 ms faster than 10 m/s, can end it inside the ground.
@@ -45,8 +46,11 @@ pub struct Actuator {
     pub damping: f64,
     /// Stall torque \[N m or N\] (0 or more): torque available falls linearly from here to zero at `velocity_limit`.
     pub saturation_torque: f64,
-    /// Largest torque at the speed a step begins with \[N m or N\] (0 or more). A step that slows a joint follows the line of
-    /// that speed to its end, where the torque may be more: `saturation_torque`, if the joint was on the sloping part and stops.
+    /// Largest torque at the speed a step begins with \[N m or N\] (0 or more). From there a step follows the law's
+    /// line to the speed it ends with, however far that is: a change of speed by Δq̇ takes d Δq̇ from the torque, d
+    /// being the derivative gain where neither limit holds, `saturation_torque / velocity_limit` on the sloping part, 0
+    /// on the flat one. So torque is bounded by `effort_limit` + d |Δq̇| alone: on the sloping part it is
+    /// `saturation_torque` where the step stops the joint, and more where it turns it around.
     pub effort_limit: f64,
     /// Speed at which no driving torque is left \[rad/s or m/s\] (above 0).
     pub velocity_limit: f64,
@@ -126,8 +130,7 @@ pub struct Engine<L: Lane> {
     /// The ground, as it was given: what is stepped on is a map of it.
     terrain: Arc<HeightField>,
     map: Arc<Map>,
-    /// The settings.
-    pub config: Config,
+    pub(crate) config: Config,
     nominal: Parameters<L>,
     structure: Structure<L::Scalar>,
     pool: Pool<L>,
@@ -147,8 +150,9 @@ impl<L: Lane> Engine<L> {
     pub fn new(robot: RobotModel, terrain: Arc<HeightField>, config: Config) -> Self {
         config.check();
         check_ground(&terrain);
-        let hand = robot.contacts.iter().find(|sphere| sphere.part == BodyPart::Hand);
-        let hand_position = hand.map_or_else(Vec3::zero, |hand| Vec3::splat(hand.center.to_array()));
+        // Of the harness, not of the contacts: the hand pulls also where its sphere is left out.
+        let hand = robot.harness.as_ref().map(Harness::hand_position);
+        let hand_position = hand.map_or_else(Vec3::zero, |hand| Vec3::splat(hand.to_array()));
         let structure = Structure::new::<L>(&robot);
         let nominal = Parameters {
             base_inertia: robot.links[0].inertia.broadcast(),
@@ -159,6 +163,10 @@ impl<L: Lane> Engine<L> {
         };
         let map = Arc::new(Map::new(&terrain));
         Self { robot, terrain, map, config, nominal, structure, pool: Pool::new() }
+    }
+    /// The settings.
+    pub fn config(&self) -> &Config {
+        &self.config
     }
     /// The ground.
     pub fn terrain(&self) -> &HeightField {

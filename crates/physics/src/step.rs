@@ -169,7 +169,8 @@ fn solve<L: Lane>(engine: &Engine<L>, friction: L, w: &mut Workspace<L>) {
 /// friction a sliding contact has no solution (Painlevé), and the sweeps run away. What counts as
 /// energy is ½ |x|² in whitened coordinates, which is ½ vᵀ (M + armature + dt · damping) v: the kinetic energy, and with servos
 /// on half of what their damping takes of it in a step. Along the change d of x it is a parabola, and the share is where
-/// that comes back to its beginning.
+/// that comes back to what is allowed: what pushing out takes, and no more than the whole robot has at
+/// `max_depenetration_speed`.
 #[inline(never)]
 fn forbid_energy_gain<L: Lane>(
     structure: &Structure<L::Scalar>,
@@ -182,7 +183,7 @@ fn forbid_energy_gain<L: Lane>(
         along = before.mul_add(change, along);
         squared = change.mul_add(change, squared);
     }
-    // Rounding is no gain.
+    // A five-hundredth of ½ |d|² is let pass: more than rounding, no running away. What gains more loses all of it.
     let slack = L::splat(1e-3) * squared;
     let gain = L::splat(0.5).mul_add(squared, along) - slack;
     if !gain.gt(L::zero()).any() {
@@ -190,7 +191,7 @@ fn forbid_energy_gain<L: Lane>(
     }
     let pushed = w.contacts.work_of_pushing_out(structure, &mut w.whitened);
     let pushed = pushed + w.limits.work_of_pushing_out(structure, &w.whitened);
-    // Nor is the whole robot to be pushed out faster than a part of it.
+    // The whole robot is not to be pushed out faster than a part of it.
     let most = w.composite[0].mass * L::splat(0.5 * max_depenetration_speed * max_depenetration_speed);
     let allowed = pushed.min(most);
     let gains = gain.gt(allowed);

@@ -182,7 +182,7 @@ impl<S: Copy> Structure<S> {
                 link: sphere.link,
                 center: sphere.center.to_array().map(L::scalar),
                 radius: L::scalar(sphere.radius),
-                is_hand: sphere.part == robot::BodyPart::Hand,
+                is_hand: sphere.part == robot::BodyPart::Hand && robot.harness.is_some(),
             })
             .collect();
         let mut chains: Vec<Vec<usize>> = (0..BASE_DOFS).map(|dof| (0..=dof).collect()).collect();

@@ -38,7 +38,7 @@ fn on_plane(size: f32, slope: [f32; 2], [x, y]: [f64; 2], velocity: [f64; 2]) ->
 /// Largest difference between the velocity and one that grows by `acceleration`, and of the height above the plane
 /// from the radius, over a run.
 fn deviation(ball: &mut Roller, slope: [f32; 2], acceleration: Vec3<f64>) -> [f64; 2] {
-    let dt = ball.engine.config.time_step;
+    let dt = ball.engine.config().time_step;
     let start = ball.velocity();
     let mut largest = [0.0_f64; 2];
     for count in 1..=(TIME / dt) as usize {

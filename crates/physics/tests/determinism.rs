@@ -30,7 +30,7 @@ fn place(block: &mut Block<f32x16>, lane: usize, robot: usize) {
     block.state.base_position.set(lane, [draw(2.0), draw(2.0), 0.8 + draw(0.1)]);
     let q = Quat::from_roll_pitch_yaw(draw(1.0), draw(1.0), draw(3.0));
     block.state.base_orientation.set(lane, [q.w, q.x, q.y, q.z]);
-    // Up to 40 mm in a step: faster than contacts are looked for ahead.
+    // Up to 40 mm along an axis in a step: beyond the margin of 10 mm, within the 50 mm that are looked ahead.
     block.state.base_linear_velocity.set(lane, [draw(8.0), draw(8.0), draw(8.0)]);
     for j in 0..12 {
         block.state.joint_position[j].set(lane, STANCE[j]);

@@ -104,6 +104,30 @@ fn a_riser_stops_a_ball_that_hits_it() {
 }
 
 #[test]
+fn a_ball_wider_than_half_a_cell_overlaps_a_riser_before_it_sees_it() {
+    // A wall is seen within half a cell of the center, 50 mm. What a step enters by, the next finds.
+    let (radius, unseen) = (0.06, 0.01);
+    for speed in [0.2, 1.0, 2.0] {
+        let travel = speed * Config::default().time_step;
+        for phase in 0..20 {
+            let start = [0.9 - 1e-3 * f64::from(phase), 0.55, radius];
+            let mut ball = Roller::new(radius, step(0.2), Config::default(), start).moving([speed, 0.0, 0.0]);
+            let mut deepest = f64::MIN;
+            for _ in 0..200 {
+                ball.step();
+                deepest = deepest.max(ball.position().x + radius - 1.0);
+                assert!((ball.position().z - radius).abs() < 1e-9, "climbed to {}", ball.position().z);
+                assert!(ball.velocity().x > -1.0 - 1e-9, "pushed out with {:?}", ball.velocity());
+            }
+            let allowed = unseen - 1e-7..unseen + travel + 1e-7;
+            assert!(allowed.contains(&deepest), "{speed} m/s: {deepest} m deep");
+            let left = ball.position().x + radius - 1.0;
+            assert!(left < 1e-6, "{left} m deep after a second");
+        }
+    }
+}
+
+#[test]
 fn a_low_step_is_stepped_over_by_who_is_fast_enough() {
     // The edge takes the velocity toward it; what is left, v (1 − h/r), points up by as much, so v (1 − h/r)² forward.
     let (height, speed) = (0.005, 1.0);

@@ -131,7 +131,7 @@ fn contacts_take_energy_and_give_none() {
             let before = block.clone();
             block.step(&ground);
             let without = kinetic(&matrix, &before, &free);
-            let given = kinetic(&matrix, &before, &block) - without + damped(&free, &block, &ground.config);
+            let given = kinetic(&matrix, &before, &block) - without + damped(&free, &block, ground.config());
             assert!(
                 given < 1e-9 * without,
                 "case {case}: contacts gave {given:e} J to {without} J there were"

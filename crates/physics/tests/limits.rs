@@ -38,8 +38,16 @@ fn arm(kind: JointKind) -> RobotModel {
 }
 
 /// The robot in free space, its servo with the given gains.
-fn free(robot: RobotModel, [stiffness, damping]: [f64; 2]) -> (Engine<f64>, Block<f64>) {
-    let mut config = Config { gravity: [0.0; 3], ..Config::default() };
+fn free(robot: RobotModel, gains: [f64; 2]) -> (Engine<f64>, Block<f64>) {
+    free_in_steps_of(Config::default().time_step, robot, gains)
+}
+
+fn free_in_steps_of(
+    time_step: f64,
+    robot: RobotModel,
+    [stiffness, damping]: [f64; 2],
+) -> (Engine<f64>, Block<f64>) {
+    let mut config = Config { time_step, gravity: [0.0; 3], ..Config::default() };
     config.actuator.stiffness = stiffness;
     config.actuator.damping = damping;
     let engine = Engine::new(robot, Arc::new(HeightField::flat(-100.0)), config);
@@ -103,8 +111,7 @@ fn a_joint_thrown_into_its_limit_loses_what_an_inelastic_stop_takes_and_gains_no
         for (time_step, speed) in
             [5e-3, 1e-3].into_iter().flat_map(|dt| [0.5, 3.0, 7.5, 9.9, 30.0].map(|v| (dt, v)))
         {
-            let (mut engine, mut block) = free(arm(kind), [0.0, 0.0]);
-            engine.config.time_step = time_step;
+            let (engine, mut block) = free_in_steps_of(time_step, arm(kind), [0.0, 0.0]);
             block.state.joint_velocity[0] = speed;
             // At 5 ms the limit is seen a step ahead up to 10 rad/s; beyond, a step may end behind it.
             let beyond = (speed * time_step - 0.05).max(1e-9);
@@ -160,4 +167,22 @@ fn a_joint_with_one_finite_limit_stops_there() {
     block.state.joint_velocity[0] = 2.0;
     (0..200).for_each(|_| block.step(&engine));
     assert!((block.state.joint_position[0] - LIMIT).abs() < 1e-6, "at {}", block.state.joint_position[0]);
+}
+
+/// A servo follows the line it begins a step on ([`physics::Actuator::effort_limit`], 80 N m) wherever the step ends.
+#[test]
+fn a_servo_whose_joint_is_turned_around_in_a_step_gives_more_than_its_motor_can() {
+    let (beyond, thrown_back) = (0.1, -4.0);
+    // On the motor's slope 120 N m − 16 N m s/rad · q̇, more than the stall torque; in the PD law 76 − 2 q̇.
+    for (speed, spring, expected) in [(5.0, 800.0, 184.0), (1.0, 76.0, 84.0)] {
+        let (engine, mut block) = free(arm(JointKind::Revolute), [80.0, 2.0]);
+        block.state.joint_position[0] = LIMIT + beyond;
+        block.state.joint_velocity[0] = speed;
+        block.input.joint_target[0] = LIMIT + beyond + spring / 80.0;
+        block.step(&engine);
+        // The limit corrects a fifth of what the joint is beyond it, in 5 ms.
+        let [rate, torque] = [block.state.joint_velocity[0], block.output.joint_torque[0]];
+        assert!((rate - thrown_back).abs() < 1e-9, "from {speed} to {rate} rad/s");
+        assert!((torque - expected).abs() < 1e-6, "{torque} N m, not {expected}");
+    }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use fixture::{STANCE, quadruped};
 use physics::{Block, Config, Engine};
+use robot::{BodyPart, Harness, anymal_d};
 use spatial::{Lane, Philox, Purpose, Quat, Vec3, f32x16};
 use terrain::HeightField;
 
@@ -55,6 +56,20 @@ fn a_pull_at_the_hand_is_taken_up_by_the_feet() {
     let (sin, cos) = block.state.base_orientation.yaw().sin_cos();
     let expected = Vec3::splat([20.0 * cos + 5.0 * sin, 20.0 * sin - 5.0 * cos, sum.z]);
     assert!((sum - expected).norm() < 0.02, "feet push with {sum:?} against {expected:?}");
+}
+
+#[test]
+fn the_hand_pulls_where_the_harness_has_it_with_or_without_a_sphere() {
+    let position = |robot| {
+        let ground = Arc::new(HeightField::flat(0.0));
+        Engine::<f64>::new(robot, ground, Config::default()).nominal_parameters().hand_position
+    };
+    let mut robot = anymal_d().with_harness(Harness::default()).unwrap();
+    let sphere = robot.contacts[robot.contacts_of(BodyPart::Hand)[0]].center;
+    assert_eq!(position(robot.clone()), sphere);
+    robot.contacts.retain(|sphere| sphere.part != BodyPart::Hand);
+    assert_eq!(position(robot), sphere);
+    assert_eq!(position(anymal_d()), Vec3::zero());
 }
 
 #[test]

@@ -53,9 +53,9 @@ pub fn load_urdf(path: &Path) -> Result<RobotModel, RobotError> {
 
 /// Reads a robot from the text of a URDF file.
 ///
-/// What is read: links with inertial and collision (sphere, box, cylinder; meshes are passed over), joints of type
-/// revolute, continuous, prismatic and fixed. One extension: `<dynamics armature="…">`, the rotor inertia seen at the
-/// joint \[kg m² or kg\], 0 where absent.
+/// What is read: links with inertial and collision (sphere, box, cylinder; meshes are passed over, other shapes
+/// refused), joints of type revolute, continuous, prismatic and fixed. One extension: `<dynamics armature="…">`, the
+/// rotor inertia seen at the joint \[kg m² or kg\], 0 where absent.
 ///
 /// `damping` and `friction` of `<dynamics>` are passed over: `physics` has servos of its own at the joints and no other
 /// friction there. The official description of ANYmal D gives 0 at the legs; only the joints of its inspection payload, which
@@ -97,10 +97,7 @@ fn numbers<const N: usize>(text: &str, owner: &str, what: &str) -> Result<[f64; 
 }
 
 fn number(node: Node<'_, '_>, owner: &str, name: &str) -> Result<f64, RobotError> {
-    let text = node.attribute(name).ok_or_else(|| {
-        RobotError::missing(owner, &format!("<{}> attribute `{name}`", node.tag_name().name()))
-    })?;
-    Ok(numbers::<1>(text, owner, name)?[0])
+    Ok(numbers::<1>(attribute(node, owner, name)?, owner, name)?[0])
 }
 
 fn positive(node: Node<'_, '_>, owner: &str, name: &str) -> Result<f64, RobotError> {
@@ -109,7 +106,7 @@ fn positive(node: Node<'_, '_>, owner: &str, name: &str) -> Result<f64, RobotErr
 }
 
 fn pose(node: Node<'_, '_>, owner: &str) -> Result<Pose, RobotError> {
-    let Some(origin) = elements(node, "origin").next() else {
+    let Some(origin) = child(node, "origin") else {
         return Ok((Mat3::identity(), Vec3::zero()));
     };
     let read = |name| match origin.attribute(name) {
@@ -177,6 +174,11 @@ fn read_collision(node: Node<'_, '_>, owner: &str, out: &mut Vec<RawSphere>) -> 
             let sign = |bit: u32| if corner >> bit & 1 == 0 { 0.5 } else { -0.5 };
             add([sign(0) * x, sign(1) * y, sign(2) * z], 0.0);
         }
+    } else if child(geometry, "mesh").is_none() {
+        let shape = geometry.children().find(Node::is_element);
+        let found = shape.map_or("empty", |shape| shape.tag_name().name());
+        let allowed = "sphere, box or cylinder, or mesh, which is passed over";
+        return Err(RobotError::value(owner, "<geometry>", found, allowed));
     }
     Ok(())
 }
@@ -228,10 +230,11 @@ fn read_motion(
     if let Some(axis) = child(node, "axis") {
         let text = attribute(axis, owner, "xyz")?;
         let axis = Vec3::splat(numbers::<3>(text, owner, "axis")?);
-        if axis.norm() < 1e-9 {
-            return Err(RobotError::value(owner, "axis", text, "a vector that is not zero"));
+        let norm: f64 = axis.norm();
+        if !(norm.is_finite() && norm >= 1e-9) {
+            return Err(RobotError::value(owner, "axis", text, "a vector of finite length, 1e-9 or more"));
         }
-        joint.axis = axis.scale(1.0 / axis.norm());
+        joint.axis = axis.scale(1.0 / norm);
     }
     match child(node, "limit") {
         Some(limit) => {

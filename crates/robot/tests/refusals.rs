@@ -68,6 +68,8 @@ fn joints_are_checked() {
     assert_names(&with(&joint("j", "floating", "a", "b")), &["`j`", "floating", "revolute"]);
     let good = joint("j", "revolute", "a", "b");
     assert_names(&with(&good.replace("0 1 0", "0 0 0")), &["`j`", "axis"]);
+    // Its length overflows.
+    assert_names(&with(&good.replace("0 1 0", "0 1e200 0")), &["`j`", "axis", "0 1e200 0", "finite length"]);
     assert_names(&with(&good.replace("0 1 0", "0 one 0")), &["`j`", "axis", "0 one 0"]);
     assert_names(&with(&good.replace(r#"lower="-1""#, r#"lower="2""#)), &["`j`", "limit"]);
     assert_names(&with(&good.replace(r#"effort="10""#, "")), &["`j`", "effort"]);
@@ -117,6 +119,23 @@ fn boxes_have_three_edges() {
             &["`a`", "size", size],
         );
     }
+}
+
+#[test]
+fn shapes_that_are_not_read_are_refused_but_for_meshes() {
+    let with = |shape: &str| {
+        let collision = format!("<collision><geometry>{shape}</geometry></collision><inertial>");
+        link("a").replace("<inertial>", &collision)
+    };
+    for (shape, found) in [
+        (r#"<capsule radius="0.1" length="1"/>"#, "`capsule`"),
+        (r#"<shpere radius="0.1"/>"#, "`shpere`"),
+        (" <!-- nothing --> ", "`empty`"),
+    ] {
+        assert_names(&refusal(&with(shape)), &["`a`", "<geometry>", found, "sphere, box or cylinder"]);
+    }
+    let mesh = format!(r#"<robot name="r">{}</robot>"#, with(r#"<mesh filename="a.dae"/>"#));
+    assert!(parse_urdf(&mesh).unwrap().contacts.is_empty());
 }
 
 #[test]

@@ -79,8 +79,6 @@ pub trait Lane:
     fn inverse_sqrt(self) -> Self {
         Self::one() / self.sqrt()
     }
-    /// Absolute value.
-    fn abs(self) -> Self;
     /// Lesser of two; which one is returned for NaN is not specified.
     fn min(self, other: Self) -> Self;
     /// Greater of two; which one is returned for NaN is not specified.

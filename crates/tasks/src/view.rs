@@ -8,7 +8,8 @@ use crate::simulation::Group;
 
 /// What [`View::write_view`] writes of a robot, by name and width: position of the base \[m\], its attitude as w, x, y, z, joint
 /// positions \[rad\]; the velocity command and the base's velocity in its place, v_x, v_y \[m/s\], ω_z \[rad/s\]; the forces
-/// on hand and base \[N\], heading frame.
+/// on hand and base \[N\], heading frame. `observed_force` is what the hand exerts, without the sensor's error that a supervisor in
+/// training sees; it has the name of the page's own field.
 pub const VIEW_FIELDS: [(&str, usize); 7] = [
     ("position", 3),
     ("orientation", 4),

@@ -1,5 +1,7 @@
 //! Draws our trajectories beside MuJoCo's into `docs/physics/` and prints how far they are apart:
-//! `cargo run --release -p guidedog-physics --example trajectories`.
+//! `cargo run --release -p guidedog-physics --example trajectories`. With a file of `mint_trajectories.py` at other
+//! settings as its argument it draws nothing and prints how far that one is from the one in the tests: MuJoCo from
+//! itself.
 
 #[path = "../../tests/scenes/mod.rs"]
 mod scenes;
@@ -10,7 +12,10 @@ use std::{fs, path::Path};
 
 use figure::{Panel, figure};
 use physics::Config;
-use scenes::{CONTROL_PERIOD, QUANTITIES, Sample, golden};
+use scenes::{CONTROL_PERIOD, QUANTITIES, Sample, golden, sample::recorded};
+
+/// MuJoCo's, of all records \[s\].
+const MUJOCO_TIME_STEP: f64 = 0.000_05;
 
 /// What a panel shows.
 type Curve = (&'static str, fn(&Sample) -> f64);
@@ -32,6 +37,7 @@ fn curves(scene: &str) -> [Curve; 3] {
 }
 
 fn main() -> std::io::Result<()> {
+    let others = std::env::args().nth(1).map(fs::read_to_string).transpose()?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/physics");
     fs::create_dir_all(&folder)?;
     println!(
@@ -41,12 +47,14 @@ fn main() -> std::io::Result<()> {
     println!("|---|---|---|{}", "---|".repeat(QUANTITIES.len()));
     for scene in scenes::all() {
         let mujoco = golden(scene.name);
+        if let Some(others) = &others {
+            rows(scene.name, MUJOCO_TIME_STEP, &recorded(others, scene.name), &mujoco);
+            continue;
+        }
         for time_step in [0.005, 0.001] {
             let config = Config { time_step, ..Config::default() };
             let ours = scene.simulate::<f64>(&mujoco[0], mujoco.len(), config);
-            for samples in [26, 76, mujoco.len()].into_iter().filter(|&samples| samples <= ours.len()) {
-                row(scene.name, time_step, &ours[..samples], &mujoco);
-            }
+            rows(scene.name, time_step, &ours, &mujoco);
             if time_step == 0.005 {
                 let panel = |(label, value): Curve| Panel {
                     label,
@@ -59,6 +67,13 @@ fn main() -> std::io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Half a second, one and a half, all.
+fn rows(scene: &str, time_step: f64, ours: &[Sample], mujoco: &[Sample]) {
+    for samples in [26, 76, mujoco.len()].into_iter().filter(|&samples| samples <= ours.len()) {
+        row(scene, time_step, &ours[..samples], mujoco);
+    }
 }
 
 /// Largest differences, and in brackets how many time steps they are worth while that is a few.

@@ -57,7 +57,9 @@ impl Map {
         let (tops, kinds): (Vec<_>, Vec<_>) = (0..cells.len()).map(|i| inventory(&cells, columns, i)).unzip();
         let tops = widened(&widened(&tops, columns, 1, f32::max), rows, columns, f32::max);
         let mut ceilings = tops.clone();
-        for _ in 0..(WIDE / f64::from(field.cell_size)).ceil() as usize {
+        // However small the cells are, after as many passes as there are of them nothing is left to spread.
+        let passes = (WIDE / f64::from(field.cell_size)).ceil() as usize;
+        for _ in 0..passes.min(columns.max(rows)) {
             ceilings = widened(&widened(&ceilings, columns, 1, f32::max), rows, columns, f32::max);
         }
         let kinds = widened(&widened(&kinds, columns, 1, BitOr::bitor), rows, columns, BitOr::bitor);
@@ -197,6 +199,49 @@ mod tests {
                 assert!(found.walls && !found.slopes);
             }
         }
+    }
+
+    /// A field whose heights all differ, and the highest within `width` \[m\] of a place along both axes.
+    fn scattered(cell_size: f32) -> (HeightField, impl Fn([f64; 2], f64) -> f64) {
+        let cells = (0..77).map(|i| [(i * 17 % 79) as f32; 4]).collect();
+        let field = HeightField { cell_size, origin: [0.0; 2], columns: 11, rows: 7, cells };
+        let own = field.clone();
+        let highest = move |[x, y]: [f64; 2], width: f64| {
+            let cells = |at: f64| {
+                let index = |at: f64| (at / f64::from(cell_size)).floor() as i64;
+                index(at - width)..=index(at + width)
+            };
+            let heights = cells(y).flat_map(|row| cells(x).map(move |column| (column, row)));
+            heights.fold(f64::MIN, |top, (column, row)| top.max(f64::from(own.cell(column, row)[0])))
+        };
+        (field, highest)
+    }
+
+    #[test]
+    fn a_ceiling_is_above_all_ground_within_its_width() {
+        for cell_size in [0.25, 0.5, 0.7, 2.0] {
+            let (field, highest) = scattered(cell_size);
+            let map = Map::new(&field);
+            for i in 0..500 {
+                // Evenly scattered: multiples of the golden ratio and of the root of two.
+                let [along_x, along_y] = [0.618_034, 0.414_214].map(|step| (f64::from(i) * step).fract());
+                let size = f64::from(cell_size);
+                let place = [11.0 * size * along_x, 7.0 * size * along_y];
+                let ceiling = map.ceiling(&map.spot(place[0], place[1]));
+                let (within, further) = (highest(place, WIDE), highest(place, WIDE + 2.0 * size));
+                assert!(
+                    (within..=further).contains(&ceiling),
+                    "cells of {size} m, {place:?}: {ceiling}, must be {within} to {further}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn no_cell_is_too_small_for_a_map() {
+        let (field, _) = scattered(f32::MIN_POSITIVE);
+        let map = Map::new(&field);
+        assert_eq!(map.ceiling(&map.spot(0.0, 0.0)), 78.0);
     }
 
     #[test]

@@ -24,8 +24,10 @@ fn product(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
     matrix.chunks(vector.len()).map(dot).collect()
 }
 
+/// Of the equation's solution by the factor alone: mass matrix and bias force are ours on both sides, and are held
+/// against MuJoCo's below.
 #[test]
-fn mass_times_acceleration_and_bias_are_the_applied_torques() {
+fn the_acceleration_solves_the_equation_of_motion() {
     for golden in golden::all() {
         golden.for_each_block::<f64>(|engine, block, torque, _| {
             block.input.hand_force = Vec3::zero();

@@ -4,7 +4,7 @@
 #[path = "../fixture/brick.rs"]
 mod brick;
 mod difference;
-mod sample;
+pub(crate) mod sample;
 
 use std::{f64::consts::TAU, sync::Arc};
 

@@ -24,8 +24,13 @@ pub(crate) struct Sample {
 
 /// MuJoCo's samples of a scene.
 pub(crate) fn golden(scene: &str) -> Vec<Sample> {
+    recorded(GOLDEN, scene)
+}
+
+/// Samples of a scene in the text of such a file.
+pub(crate) fn recorded(text: &str, scene: &str) -> Vec<Sample> {
     let header = format!("scene {scene}");
-    let mut lines = GOLDEN.lines().skip_while(|line| *line != header).skip(1).peekable();
+    let mut lines = text.lines().skip_while(|line| *line != header).skip(1).peekable();
     assert!(lines.peek().is_some(), "no scene {scene}");
     lines.take_while(|line| !line.starts_with("scene")).map(Sample::parse).collect()
 }

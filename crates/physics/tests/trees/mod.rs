@@ -124,7 +124,7 @@ pub(crate) fn poses(robot: &RobotModel, block: &Block<f64>) -> Vec<(Mat3<f64>, V
 
 /// Kinetic energy and potential energy above height 0 \[J\].
 pub(crate) fn energy(engine: &Engine<f64>, block: &mut Block<f64>) -> f64 {
-    let gravity = Vec3::splat(engine.config.gravity);
+    let gravity = Vec3::splat(engine.config().gravity);
     let poses = poses(&engine.robot, block);
     let moment = |((r, p), link): (&(Mat3<f64>, Vec3<f64>), &Link)| {
         p.scale_add(link.inertia.mass, *r * link.inertia.moment)

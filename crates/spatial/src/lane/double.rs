@@ -78,10 +78,6 @@ impl Lane for f64 {
         f64::sqrt(self)
     }
     #[inline(always)]
-    fn abs(self) -> Self {
-        f64::abs(self)
-    }
-    #[inline(always)]
     fn min(self, other: Self) -> Self {
         f64::min(self, other)
     }

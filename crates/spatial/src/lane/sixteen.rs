@@ -103,10 +103,6 @@ impl Lane for f32x16 {
         guess * (half * guess).mul_neg_add(guess, f32x16::splat(1.5))
     }
     #[inline(always)]
-    fn abs(self) -> Self {
-        f32x16::abs(self)
-    }
-    #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.fast_min(other)
     }

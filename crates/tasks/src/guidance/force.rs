@@ -24,7 +24,7 @@ pub struct PullConfig {
     /// Share of pulls that are near a threshold along x or along y \[1; 0 to 1\]. Source: docs/findings.md, "Thresholds"; the
     /// paper: 0.
     pub near_threshold_share: f32,
-    /// How near, ± \[N; 0 to 20\]. Source: docs/findings.md, "Thresholds".
+    /// How near a threshold the pulls of `near_threshold_share` are, ± \[N; 0 to 20\]. Source: docs/findings.md, "Thresholds".
     pub near_threshold_n: f32,
     /// Time between two draws; where pulls change more often, what the robot does already says less of what it is to do \[s; 0.1 to
     /// 1000\]. Source: docs/findings.md, "Thresholds"; the paper: 5.

@@ -142,7 +142,7 @@ impl VecEnv for LocomotionEnv {
 
     fn metadata(&self) -> Vec<(String, String)> {
         let robot = self.simulation.robot();
-        let actuator = &self.simulation.engine.config.actuator;
+        let actuator = &self.simulation.engine.config().actuator;
         let list = |values: Vec<String>| values.join(",");
         let each = |value: f64| list(vec![value.to_string(); robot.joints.len()]);
         let default = &self.simulation.default_joint_position;

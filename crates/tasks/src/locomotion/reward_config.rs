@@ -18,13 +18,13 @@ pub struct RewardConfig {
     /// exp(−|ē|² / `mean_tracking_variance`), ē the running mean over half a second of the velocity's three errors since the
     /// command was given: what is left of them once the gait's swing is taken out \[1/s; 0 to 100\]. Source: ours.
     pub track_mean_velocity: f32,
-    /// Squared error at which that term is down to 1/e \[m²/s² and rad²/s²; 0.000001 to 100\]. Source: ours.
+    /// Squared error at which `track_mean_velocity` is down to 1/e \[m²/s² and rad²/s²; 0.000001 to 100\]. Source: ours.
     pub mean_tracking_variance: f32,
     /// Share of the commanded speed that is made along it, −1 to 1; 0 without one. It pulls evenly, where the others are
     /// flat, at those who go on but slowly, as on stairs \[1/s; 0 to 100\]. Source: ours.
     pub progress: f32,
-    /// The same of the yaw rate while told to turn on the spot, for those whose feet are held by an edge \[1/s; 0 to 100\].
-    /// Source: ours.
+    /// Share of the commanded yaw rate that is made, −1 to 1, while told to turn on the spot, for those whose feet are held
+    /// by an edge \[1/s; 0 to 100\]. Source: ours.
     pub spin_progress: f32,
     /// Half the difference between the numbers of feet that carry on the one diagonal and on the other, unless told to
     /// stand: 1 in a trot, 0 in a bound, a pace or standing. Without it mirror-symmetric policies came to bound, and both
@@ -33,8 +33,8 @@ pub struct RewardConfig {
     /// Squared error at which the wide tracking terms are down to 1/e \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: Isaac
     /// Lab, 0.25.
     pub tracking_variance: f32,
-    /// The same of the fine ones \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: ours; the behavior reward of the paper has
-    /// 0.1.
+    /// Squared error at which the fine tracking terms are down to 1/e \[m²/s² or rad²/s²; 0.000001 to 100\]. Source: ours;
+    /// the behavior reward of the paper has 0.1.
     pub fine_tracking_variance: f32,
     /// v_z² \[s/m²; -100 to 0\]. Source: Isaac Lab, −2.
     pub vertical_velocity: f32,
@@ -77,7 +77,7 @@ pub struct RewardConfig {
     /// Strength of all terms but tracking, progress, the trot and the fall at the start of training: with all of it from the
     /// start standing still pays best, and stepping is not found \[1; 0 to 1\]. Source: docs/findings.md, "Standing trap".
     pub penalty_start: f32,
-    /// Control steps until that strength has grown to 1; only those count during which robots walk as told (`ramp_tracking`
+    /// Control steps until the strength `penalty_start` has grown to 1; only those count during which robots walk as told (`ramp_tracking`
     /// of the task) \[steps; 0 to 4294967295\]. Source: docs/findings.md, "Standing trap".
     pub penalty_ramp_steps: u32,
     /// Whether a sum below zero counts as zero: penalties then cannot make an early fall pay, but where they rule nothing can
