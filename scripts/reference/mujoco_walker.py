@@ -1,8 +1,9 @@
 """ANYmal D with bar and hand in MuJoCo, walked by exported policies: the other engine's side of the evaluation.
 
 Robots, gains, motor limits, periods and the harness come from the metadata of the two ONNX files; shapes and masses of
-the robot from assets/anymal_d.urdf. Nothing of our simulation is used. What both engines must agree on to compare at
-all is written in docs/notation.md: observation layouts, frames, the force of the hand constant in the heading frame.
+the robot from assets/anymal_d.urdf. Nothing of our simulation is used but where robots are randomized: what was drawn
+for each comes with the plan. What both engines must agree on to compare at all is written in docs/notation.md:
+observation layouts, frames, the force of the hand constant in the heading frame.
 
 Settings that are MuJoCo's own:
 
@@ -10,6 +11,9 @@ Settings that are MuJoCo's own:
   the slope of the motor's speed-torque limit.
 - Contacts: the time constant (solref) is 5 ms, critically damped; elliptic friction cones with impratio 10, Newton solver.
 - Gravity, joint limits and armature as in the robot's description; no joint friction and no passive damping.
+- No tree of bounding boxes over a body's shapes: MuJoCo builds it about the inertial frame it compiled, and robots whose
+  mass is exchanged afterwards would not feel the ground with all of their trunk.
+- A robot whose state is no number any more has fallen; MuJoCo would put it back to the origin.
 """
 
 import dataclasses
@@ -90,33 +94,37 @@ class Walker:
         self.base_geoms = np.flatnonzero((self.model.geom_bodyid == base) & (self.model.geom_contype == 1))
         self.base_geoms = np.setdiff1d(self.base_geoms, [self.model.geom("hand").id])
         period = locomotion.number("control_period")
-        self.substeps = round(period / settings.time_step)
+        self.substeps = substeps(period, settings.time_step)
         self.decision_steps = round(supervisor.number("control_period") / period)
         self.action = np.zeros((robots, len(joints)))
         self.command = np.zeros((robots, 3))
         self.fallen = np.zeros(robots, bool)
         self.step = 0
 
-    def become(self, base_inertia, friction, hand_position):
-        """Gives every robot its own base with harness (mass, first moment, xx yy zz xy xz yz about the base origin), its
-        friction and its hand."""
-        model, scratch = self.model, mujoco.MjData(self.model)
-        base, hand = model.body("base").id, model.geom("hand").id
-        self.hand = hand_position.astype(float)
+    def become(self, friction, base_inertia=None, hand_position=None):
+        """Gives every robot its friction and, where robots differ, its own base with harness (mass, first moment, xx yy zz
+        xy xz yz about the base origin) and its hand."""
+        if base_inertia is not None:
+            self.hand = hand_position.astype(float)
         self.constants = []
-        for inertia, mu, place in zip(base_inertia.astype(float), friction, self.hand):
-            mass, center = inertia[0], inertia[1:4] / inertia[0]
-            xx, yy, zz, xy, xz, yz = inertia[4:]
-            about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            about_center = about_origin - mass * (center @ center * np.eye(3) - np.outer(center, center))
-            moments, axes = np.linalg.eigh(about_center)
-            axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-            model.body_mass[base], model.body_ipos[base], model.body_inertia[base] = mass, center, moments
-            mujoco.mju_mat2Quat(model.body_iquat[base], axes.ravel())
-            model.geom_pos[hand] = place
-            model.geom_friction[:, 0] = mu
-            mujoco.mj_setConst(model, scratch)
-            self.constants.append({name: getattr(model, name).copy() for name in CONSTANTS})
+        for robot, mu in enumerate(friction):
+            self.model.geom_friction[:, 0] = mu
+            if base_inertia is not None:
+                self.load(base_inertia[robot].astype(float), self.hand[robot])
+            self.constants.append({name: getattr(self.model, name).copy() for name in CONSTANTS})
+
+    def load(self, inertia, hand):
+        model, base = self.model, self.model.body("base").id
+        mass, center = inertia[0], inertia[1:4] / inertia[0]
+        xx, yy, zz, xy, xz, yz = inertia[4:]
+        about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        about_center = about_origin - mass * (center @ center * np.eye(3) - np.outer(center, center))
+        moments, axes = np.linalg.eigh(about_center)
+        axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+        model.body_mass[base], model.body_ipos[base], model.body_inertia[base] = mass, center, moments
+        mujoco.mju_mat2Quat(model.body_iquat[base], axes.ravel())
+        model.geom_pos[model.geom("hand").id] = hand
+        mujoco.mj_setConst(model, mujoco.MjData(model))
 
     def turn_of(self, robot):
         for name, values in self.constants[robot].items():
@@ -201,6 +209,13 @@ class Walker:
         return False
 
 
+def substeps(period, time_step):
+    count = round(period / time_step)
+    if count < 1 or abs(count * time_step - period) > 1e-9:
+        raise ValueError(f"time_step is {time_step:g}, must go into the control period of {period:g} s")
+    return count
+
+
 class Motor:
     """PD servos behind a DC motor's speed-torque limit, as the metadata's `actuator` says."""
 
@@ -243,6 +258,7 @@ def compiled(locomotion, harness, ground, settings):
     option.timestep = settings.time_step
     option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, settings.impratio
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE | mujoco.mjtDisableBit.mjDSBL_AUTORESET
     return spec.compile()
 
 

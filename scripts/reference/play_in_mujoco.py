@@ -21,7 +21,7 @@ import time
 
 import mujoco
 import numpy as np
-from mujoco_walker import HeightField, Level, Policy, Settings, Walker
+from mujoco_walker import HeightField, Level, Policy, Settings, Walker, substeps
 
 ROOT = pathlib.Path(__file__).parents[2]
 CHUNK = 16  # robots of a piece of work
@@ -61,12 +61,12 @@ def write(path, tensors, text):
 
 def prepare(arguments):
     """What every worker holds once."""
-    global plan, policies, ground, settings
-    plan, _ = read(arguments.plan)
+    global plan, text, policies, ground, settings
+    plan, text = read(arguments.plan)
     policies = [Policy(arguments.locomotion), Policy(arguments.supervisor)]
     cells = plan["ground"]
     ground = HeightField(cells, *plan["ground_frame"]) if cells.size > 4 else Level()
-    settings = Settings(**arguments.settings)
+    settings = arguments.settings
 
 
 def play(first):
@@ -74,7 +74,9 @@ def play(first):
     chosen = slice(first, first + CHUNK)
     start, force, steps = plan["start"][chosen], plan["force"][chosen].astype(float), plan["steps"][chosen]
     walker = Walker(*policies, ground, len(start), settings)
-    walker.become(plan["base_inertia"][chosen], plan["friction"][chosen], plan["hand_position"][chosen])
+    # Nominal robots are what the metadata and the description say; only a drawn one cannot be known from there.
+    drawn = ("base_inertia", "hand_position") if text["randomize"] == "true" else ()
+    walker.become(plan["friction"][chosen], **{name: plan[name][chosen] for name in drawn})
     walker.place(start, plan["start_velocity"][chosen], plan["joint_position"][chosen])
     samples = np.zeros((len(start), force.shape[1], RECORDED), np.float32)
     for step in range(int(steps.max())):
@@ -84,10 +86,21 @@ def play(first):
         samples[:, step, 2] = motion["angular"][:, 2]
         samples[:, step, 3:5] = motion["position"][:, :2]
         samples[:, step, 5] = motion["yaw"]
-        samples[:, step, 6:9] = walker.command
+        samples[:, step, 6:9] = np.nan_to_num(walker.command)
         samples[:, step, 9] = walker.fallen
         samples[walker.fallen, step, 0:6] = 0.0
     return samples
+
+
+def settings_of(entries):
+    known = {field.name: field.default for field in dataclasses.fields(Settings)}
+    chosen = {}
+    for entry in entries:
+        name, _, value = entry.partition("=")
+        if name not in known:
+            raise ValueError(f"--set {entry}: must be one of {', '.join(known)}, as in {name or 'time_step'}=0.002")
+        chosen[name] = float(value)
+    return Settings(**chosen), {name: value for name, value in chosen.items() if value != known[name]}
 
 
 def main():
@@ -99,8 +112,14 @@ def main():
     parser.add_argument("--jobs", type=int, default=multiprocessing.cpu_count())
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     arguments = parser.parse_args()
-    arguments.settings = {name: float(value) for name, value in (entry.split("=") for entry in arguments.set)}
-    tensors, text = read(arguments.plan)
+    # Once before the workers: a pool starts those that fail anew, for ever.
+    try:
+        arguments.settings, changed = settings_of(arguments.set)
+        locomotion, _ = Policy(arguments.locomotion), Policy(arguments.supervisor)
+        substeps(locomotion.number("control_period"), arguments.settings.time_step)
+        tensors, text = read(arguments.plan)
+    except Exception as error:
+        sys.exit(f"play_in_mujoco.py: {error}")
     firsts = range(0, len(tensors["start"]), CHUNK)
     parts, began = [], time.monotonic()
     with multiprocessing.Pool(arguments.jobs, prepare, [arguments]) as pool:
@@ -109,7 +128,6 @@ def main():
             left = (time.monotonic() - began) / len(parts) * (len(firsts) - len(parts))
             print(f"\rrobots {CHUNK * len(parts)}/{len(tensors['start'])}, {left:.0f} s left ", end="", file=sys.stderr)
     print(file=sys.stderr)
-    changed = {k: v for k, v in dataclasses.asdict(Settings(**arguments.settings)).items() if k in arguments.settings}
     text["engine"] = f"MuJoCo {mujoco.__version__}" + "".join(f", {k} {v:g}" for k, v in changed.items())
     text["locomotion"] = pathlib.Path(arguments.locomotion).name
     text["supervisor"] = pathlib.Path(arguments.supervisor).name
