@@ -103,7 +103,7 @@ fn unknown_key(path: &str, known: &Table) -> String {
 }
 
 /// Dotted paths of all sections and values of a table.
-pub fn key_paths(table: &Table, prefix: &str, out: &mut Vec<String>) {
+fn key_paths(table: &Table, prefix: &str, out: &mut Vec<String>) {
     for (key, value) in table {
         let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
         if let Value::Table(inner) = value {

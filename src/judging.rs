@@ -134,6 +134,7 @@ pub fn write_plan(arena: &Arena, cases: &[Case], suite: &str, path: &Path) -> Re
         ("randomize", setting.randomize.to_string()),
         ("episodes", setting.episodes.to_string()),
         ("seed", setting.seed.to_string()),
+        ("version", VERSION.to_string()),
     ];
     let plan = arena.plan(cases, PLANNED_REWARD_ROBOTS, &header).map_err(|m| anyhow!(m))?;
     Ok(plan.save(path)?)
@@ -142,17 +143,24 @@ pub fn write_plan(arena: &Arena, cases: &[Case], suite: &str, path: &Path) -> Re
 /// Judges what another engine recorded after a plan.
 ///
 /// # Errors
-/// The file is no record, or not of a suite known here.
+/// The file is no record, or not of a suite known here, or of measures and suites of before.
 pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
     let record = Checkpoint::load(path)?;
     let text = |name: &str| record.number::<String>(name);
     let name = text("suite")?;
+    let version: u32 = record.number("version")?;
+    if version != VERSION {
+        return Err(anyhow!(
+            "version is {version}, must be {VERSION}: let this guidedog write the plan anew"
+        ));
+    }
     let cases =
         suite(&name).ok_or_else(|| anyhow!("suite is `{name}`, must be one of {}", SUITES.join(", ")))?;
     let episodes: usize = record.number("episodes")?;
     let seed: u64 = record.number("seed")?;
     let mut recordings = recordings(&record).map_err(|m| anyhow!(m))?;
-    let wanted = cases.len() * episodes;
+    let wanted = cases.len().checked_mul(episodes).filter(|&wanted| wanted > 0);
+    let wanted = wanted.ok_or_else(|| anyhow!("episodes is {episodes}, must be those of the plan"))?;
     let (of_cases, of_reward) = recordings
         .split_at_mut_checked(wanted)
         .ok_or_else(|| anyhow!("{name} needs {wanted} robots and those of the reward"))?;

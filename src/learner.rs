@@ -164,7 +164,7 @@ where
     ) -> Result<Trainer<Watched<T::Env>>> {
         let config = self.config;
         if run.is_some() && !config.ppo.precision.is_accelerated() {
-            eprintln!(
+            crate::tell!(
                 "ppo.precision is bf16, which is slower than f32 here: this processor has no AVX-512 BF16"
             );
         }
@@ -240,10 +240,10 @@ where
     };
     if *start == Start::Resume {
         refuse_other_settings(run, config)?;
-        let found = run.load_newest(|path| begin_with(CHECKPOINT, path), |line| eprintln!("{line}"))?;
+        let found = run.load_newest(|path| begin_with(CHECKPOINT, path), |line| crate::tell!("{line}"))?;
         if found.is_none() {
             refuse_lost_beginning(run)?;
-            eprintln!("{} has no checkpoint yet: beginning", run.path().display());
+            crate::tell!("{} has no checkpoint yet: beginning", run.path().display());
         }
         return Ok(found.unwrap_or_default());
     }
@@ -254,14 +254,20 @@ where
         );
         return Err(BadInput::new(message).into());
     }
-    let Start::From(source) = start else { return Ok(Vec::new()) };
+    let begun_from = run.file(BEGUN_FROM);
+    let Start::From(source) = start else {
+        // Of a beginning that came to nothing.
+        if begun_from.exists() {
+            std::fs::remove_file(&begun_from).with_context(|| format!("cannot remove {BEGUN_FROM}"))?;
+        }
+        return Ok(Vec::new());
+    };
     let is_policy = source.extension().is_some_and(|extension| extension == "onnx");
     let (kind, file) = if is_policy { (POLICY, Ok(source.clone())) } else { (WEIGHTS, newest_of(source)) };
     let found = file.and_then(|file| Ok((begin_with(kind, &file)?, file)));
     let (found, file) = found.or_bad_input(|| format!("--init-from {}", source.display()))?;
     let said = format!("{} crc32c {:08x}\n", file.display(), crc32c::crc32c(&found[1..]));
-    write_atomic(&run.file(BEGUN_FROM), said.as_bytes())
-        .with_context(|| format!("cannot write {BEGUN_FROM}"))?;
+    write_atomic(&begun_from, said.as_bytes()).with_context(|| format!("cannot write {BEGUN_FROM}"))?;
     Ok(found)
 }
 

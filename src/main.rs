@@ -51,7 +51,7 @@ fn main() -> ExitCode {
         Verb::Inspect(arguments) => inspect::run(&arguments),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("error: {}", with_causes(&error));
+        guidedog::tell!("error: {}", with_causes(&error));
         // As clap does for flags it refuses.
         ExitCode::from(if error.chain().any(|cause| cause.is::<BadInput>()) { 2 } else { 1 })
     })

@@ -52,7 +52,7 @@ impl Progress {
 
     /// Prints a line that stays, above the bar.
     pub fn say(&self, line: &str) {
-        if self.terminal { self.bar.println(line) } else { eprintln!("{line}") }
+        if self.terminal { self.bar.println(line) } else { crate::tell!("{line}") }
     }
 
     /// Ends the bar; its last state stays on the screen.
@@ -69,7 +69,7 @@ impl Progress {
         let left =
             time_left(self.started.elapsed(), done.saturating_sub(self.first), total.saturating_sub(done));
         let left = left.map_or(String::new(), |left| format!(", {} left", HumanDuration(left)));
-        eprintln!("{} {done}/{total}{left}  {message}", self.what);
+        crate::tell!("{} {done}/{total}{left}  {message}", self.what);
     }
 }
 

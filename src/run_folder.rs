@@ -85,19 +85,26 @@ impl RunFolder {
         self.checkpoints()?.into_iter().skip(kept.max(1)).try_for_each(|(_, path)| fs::remove_file(path))
     }
 
-    /// Loads the newest checkpoint that `load` accepts; `report` hears of each one that was passed over.
+    /// Loads the newest checkpoint that `load` accepts; `report` hears of each one that was passed over. Those are set aside, so that
+    /// no later save takes them for newer than itself.
     ///
     /// # Errors
-    /// There are checkpoints, but `load` accepts none of them.
+    /// There are checkpoints, but `load` accepts none of them; then all stay where they are. The disk refuses.
     pub fn load_newest<T>(
         &self,
         mut load: impl FnMut(&Path) -> Result<T>,
         mut report: impl FnMut(&str),
     ) -> Result<Option<T>> {
         let checkpoints = self.checkpoints()?;
-        for (_, path) in &checkpoints {
+        for (passed_over, (_, path)) in checkpoints.iter().enumerate() {
             match load(path) {
-                Ok(value) => return Ok(Some(value)),
+                Ok(value) => {
+                    for (_, damaged) in &checkpoints[..passed_over] {
+                        fs::rename(damaged, damaged.with_extension("damaged"))
+                            .with_context(|| format!("cannot set aside {}", damaged.display()))?;
+                    }
+                    return Ok(Some(value));
+                }
                 Err(error) => report(&format!("{} is not usable ({})", path.display(), with_causes(&error))),
             }
         }
@@ -128,10 +135,10 @@ pub fn numbered_checkpoints(path: &Path) -> io::Result<Vec<(u64, PathBuf)>> {
     Ok(found)
 }
 
-/// Whether a process holds the run at `path`, which this one does not.
-pub fn is_held(path: &Path) -> bool {
+/// Whether a process once held the run at `path` and none does now; false where there is no such folder.
+pub fn is_left(path: &Path) -> bool {
     let lock = File::open(path.join("lock"));
-    lock.is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    lock.is_ok_and(|lock| !matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 /// Removes what a process that was killed while it wrote left half-written; the caller holds the lock.
@@ -186,7 +193,9 @@ mod tests {
         let message = RunFolder::open(root.path(), "a").unwrap_err().to_string();
         assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
         RunFolder::open(root.path(), "b").expect("another run is free");
-        assert!(is_held(first.path()) && !is_held(&root.path().join("b")));
+        assert!(
+            !is_left(first.path()) && is_left(&root.path().join("b")) && !is_left(&root.path().join("c"))
+        );
         drop(first);
         RunFolder::open(root.path(), "a").expect("the lock went with its holder");
     }
@@ -211,6 +220,12 @@ mod tests {
             "{said:?}"
         );
         assert!(run.load_newest(|_| -> Result<()> { anyhow::bail!("no") }, |_| {}).is_err());
+        // What is saved from there on is the newest again.
+        write_atomic(&run.checkpoint(25), b"twenty-five").unwrap();
+        run.prune_checkpoints(1).unwrap();
+        let left: Vec<u64> = run.checkpoints().unwrap().into_iter().map(|(iteration, _)| iteration).collect();
+        assert_eq!(left, [25]);
+        assert!(run.checkpoint(30).with_extension("damaged").exists());
     }
 
     #[test]

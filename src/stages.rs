@@ -120,7 +120,7 @@ pub fn learn_all(
 ) -> Result<Option<PathBuf>> {
     let stages = resolve(stages, settings)?;
     let place = Place::open(root, name, stages.iter().map(|(name, _)| name.as_str()))?;
-    eprintln!("learning to walk, in {}", place.run().path().display());
+    crate::tell!("learning to walk, in {}", place.run().path().display());
     for (index, (_, config)) in stages.iter().enumerate() {
         let outcome = Training::unseen(config, &place.start(index)?).learn(place.stage(index), interrupt)?;
         if outcome == Outcome::Interrupted {

@@ -29,11 +29,23 @@ fn refuses(arguments: &[&str], parts: &[&str]) {
 fn help_and_version_work_everywhere() {
     let verbs = [
         &["--help"][..],
+        &["reproduce", "--help"],
+        &["evaluate", "--help"],
+        &["play", "--help"],
+        &["picture", "--help"],
+        &["picture", "film", "--help"],
+        &["picture", "series", "--help"],
+        &["picture", "paths", "--help"],
+        &["picture", "curves", "--help"],
         &["inspect", "--help"],
         &["inspect", "robot", "--help"],
         &["inspect", "policy", "--help"],
         &["inspect", "dynamics", "--help"],
+        &["bench", "--help"],
         &["bench", "learning", "--help"],
+        &["config", "--help"],
+        &["config", "locomotion", "--help"],
+        &["config", "supervisor", "--help"],
     ];
     for verb in verbs {
         let output = guidedog(verb);
@@ -50,6 +62,12 @@ fn a_reader_that_has_gone_is_no_error() {
     let output = command.args(["inspect", "robot"]).stdout(writer).output().expect("the program starts");
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && message.is_empty(), "{message}");
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_guidedog"));
+    let status =
+        command.args(["inspect", "policy", "none.onnx"]).stderr(writer).status().expect("the program starts");
+    assert_eq!(status.code(), Some(2), "what cannot be told is no panic");
 }
 
 #[test]

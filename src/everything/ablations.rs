@@ -104,7 +104,7 @@ impl Maker {
     ) -> Result<Option<String>> {
         let config: SupervisorRun = resolve_text("defaults", "", settings)?;
         config.validate()?;
-        eprintln!("{name}");
+        crate::tell!("{name}");
         let run = RunFolder::open(&self.folder, name)?;
         let outcome = Training::unseen(&config, &Start::Resume).learn(&run, interrupt)?;
         Ok(if outcome == Outcome::Finished {

@@ -199,17 +199,20 @@ impl Maker {
         let name = part_name((suite_name, ground, robots, supervisor));
         let count = episodes(suite_name, self.episodes);
         if self.finished(&name, count).is_some() {
-            eprintln!("{name}: made before");
+            crate::tell!("{name}: made before");
             return Ok(());
         }
-        eprintln!("{name}");
+        crate::tell!("{name}");
         let arena = self.arena(ground, robots, count)?;
         let cases = suite(suite_name).context("a suite of the list")?;
         let names = Names::new(suite_name, SHIPPED, supervisor)?;
-        // The oracle's reward on a ground is the same for all that are judged there.
-        let oracle = PARTS.iter().filter(|part| (part.1, part.2) == (ground, robots)).find_map(|part| {
-            Some(self.finished(&part_name(*part), episodes(part.0, self.episodes))?.oracle_reward)
-        });
+        // The oracle's reward is the same for all that are judged on a ground; it has a tile for each episode of a case.
+        let beside =
+            |part: &&Part| (part.1, part.2) == (ground, robots) && episodes(part.0, self.episodes) == count;
+        let oracle = PARTS
+            .iter()
+            .filter(beside)
+            .find_map(|part| Some(self.finished(&part_name(*part), count)?.oracle_reward));
         let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
         self.keep(&name, &results)
     }
@@ -232,7 +235,7 @@ impl Maker {
 
     fn locomotion(&self) -> Result<()> {
         if self.locomotion_is_finished() {
-            eprintln!("locomotion: made before");
+            crate::tell!("locomotion: made before");
             return Ok(());
         }
         let policy = policies::locomotion(SHIPPED)?;
@@ -271,7 +274,7 @@ impl Maker {
     fn other_engine(&self, (ground, episodes): (Ground, usize), interrupt: &Interrupt) -> Result<()> {
         let name = format!("mujoco-paper17-{}", ground.name());
         if self.finished(&name, episodes).is_some() {
-            eprintln!("{name}: made before");
+            crate::tell!("{name}: made before");
             return Ok(());
         }
         let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
@@ -281,13 +284,13 @@ impl Maker {
             .output()
             .is_ok_and(|output| output.status.success());
         if !script.is_file() || !has_packages {
-            eprintln!(
+            crate::tell!(
                 "{name}: skipped; it needs {} and a Python (PYTHON) with mujoco, numpy and onnxruntime",
                 script.display()
             );
             return Ok(());
         }
-        eprintln!("{name}");
+        crate::tell!("{name}");
         let arena = self.arena(ground, Robots::Nominal, episodes)?;
         let cases = suite("paper17").context("the suite paper17")?;
         let [plan, record] = ["plan", "record"].map(|extension| self.file(&name, extension));

@@ -74,7 +74,9 @@ pub(super) fn table(rows: &[(String, Vec<Results>)]) -> String {
     );
     for (name, results) in rows {
         let column = |of: &dyn Fn(&Results) -> Option<f64>, decimals| {
-            spread(results.iter().map(of).collect(), decimals)
+            let values: Vec<_> = results.iter().map(of).collect();
+            // No such group in the suite.
+            if values.iter().all(Option::is_none) { "–".into() } else { spread(values, decimals) }
         };
         let [trained, edge, outside] =
             [Group::Trained, Group::Edge, Group::Outside].map(|group| column(&|r| r.group_success(group), 3));
@@ -107,6 +109,6 @@ mod tests {
         let table = table(&[("ours".into(), vec![results(0.7), results(0.9), results(0.8)])]);
         let line = table.lines().last().unwrap();
         assert!(line.starts_with("ours") && line.contains("0.800 (0.700 to 0.900)"), "{line}");
-        assert!(line.contains(" 2.0 ") && line.ends_with("not"), "{line}");
+        assert!(line.contains(" 2.0 ") && line.ends_with("–"), "{line}");
     }
 }

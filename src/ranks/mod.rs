@@ -18,7 +18,7 @@ use ppo::{Exchange, Trainer};
 use crate::error::BadInput;
 use crate::training::{Learner, Outcome};
 
-pub use parting::tell_when_ended;
+pub use parting::{resumed, tell_when_ended};
 
 /// What the launchers of MPI programs tell a process of how many there are: Open MPI; MPICH, Intel MPI and Slurm; MVAPICH.
 const SIZES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE"];

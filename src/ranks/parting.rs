@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::interrupt::Interrupt;
-use crate::run_folder::{is_held, numbered_checkpoints};
+use crate::run_folder::{is_left, numbered_checkpoints};
 
 /// How soon the signal is noticed.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -17,7 +17,7 @@ const PERIOD: Duration = Duration::from_millis(50);
 const GRACE: Duration = Duration::from_millis(300);
 
 /// Waits beside the training, on one of `ranks` ranks, for the signal to end, and says where the run at `path` can go on. Rank 0
-/// speaks; or rank 1, if the run's folder is not held by rank 0 any more.
+/// speaks; or rank 1, if it sees the run's folder and rank 0 does not hold it any more.
 pub fn tell_when_ended(interrupt: &Interrupt, path: PathBuf, rank: usize, ranks: usize) {
     if ranks == 1 || rank > 1 {
         return;
@@ -30,8 +30,8 @@ pub fn tell_when_ended(interrupt: &Interrupt, path: PathBuf, rank: usize, ranks:
         if rank == 1 {
             thread::sleep(GRACE);
         }
-        if rank == 0 || !is_held(&path) {
-            eprintln!("{}", message(&path, ranks, &std::env::args().collect::<Vec<_>>()));
+        if rank == 0 || is_left(&path) {
+            crate::tell!("{}", message(&path, ranks, &std::env::args().collect::<Vec<_>>()));
         }
     });
 }
@@ -53,7 +53,7 @@ fn message(path: &Path, ranks: usize, arguments: &[String]) -> String {
 }
 
 /// The command that goes on where `arguments` began.
-fn resumed(arguments: &[String]) -> String {
+pub fn resumed(arguments: &[String]) -> String {
     let mut words = Vec::new();
     let mut arguments = arguments.iter();
     while let Some(word) = arguments.next() {

@@ -152,7 +152,9 @@ impl<'a> Trial<'a> {
         row.extend(score.parts.into_iter().map(|(name, value)| (name.to_owned(), value)));
         self.table
             .append(self.now.iteration, &row)
+            .and_then(|()| self.table.to_disk())
             .with_context(|| format!("cannot write {}", self.place.run().file(TABLE).display()))?;
+        // After the row: what no row tells of cannot go on.
         session.save(learner.as_ref())?;
         if !self.has_ended() && !self.moves_on(index, learner.iteration()) {
             self.running = Some(Running { index, learner, session });

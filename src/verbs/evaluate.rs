@@ -9,7 +9,7 @@ use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::evaluation::judge::Setting;
 use guidedog::evaluation::locomotion::judge_locomotion;
 use guidedog::evaluation::report::{self, PathTrace, ReportData};
-use guidedog::evaluation::results::Results;
+use guidedog::evaluation::results::{Results, VERSION};
 use guidedog::evaluation::suite::episodes;
 use guidedog::judging::{Names, judge, judge_cases, judge_record, with_progress, write_plan};
 use guidedog::policies::{self, SHIPPED};
@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
     /// Draw robot, friction, harness and first state anew for each episode
     #[arg(long)]
     randomize: bool,
-    /// Error of the force that the supervisor sees, uniform, ± \[N\]; the oracle sees the force itself
+    /// Error of the force that the supervisor sees, uniform within ± this many newtons; the oracle sees the force itself
     #[arg(long, value_name = "NEWTONS", default_value_t = 0.0, value_parser = newtons, conflicts_with_all = ["plan", "recorded"])]
     force_noise: f64,
     /// Coulomb friction of every contact, 0 to 10 [default: 0.8; 0.4 to 1.25 with --randomize]
@@ -109,6 +109,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let beside =
         arguments.beside.as_deref().map(|path| Results::read(path).or_bad_input(|| "--beside".into()));
     let beside = beside.transpose()?;
+    if let Some(other) = beside.as_ref().filter(|other| other.version != VERSION) {
+        let message = format!("--beside: version is {}, must be {VERSION}: judge it anew", other.version);
+        return Err(BadInput::new(message).into());
+    }
     if let Some(path) = &arguments.recorded {
         let (results, traces) = judge_record(path).or_bad_input(|| path.display().to_string())?;
         return show(arguments, results, traces, beside.as_ref());

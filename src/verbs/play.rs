@@ -26,7 +26,7 @@ from any web server: copy apps/web/dist.";
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let server = arguments.serving.bind()?;
     arguments.serving.announce(&server, "")?;
-    eprintln!("the dog waits there; Ctrl-C ends");
+    guidedog::tell!("the dog waits there; Ctrl-C ends");
     server.serve();
     Ok(ExitCode::SUCCESS)
 }

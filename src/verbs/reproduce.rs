@@ -126,11 +126,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         config = supervisor(&settings)?;
     }
     let run = RunFolder::open(root, name)?;
-    eprintln!("training the supervisor, in {}", run.path().display());
+    guidedog::tell!("training the supervisor, in {}", run.path().display());
     if Training::unseen(&config, &Start::Resume).learn(&run, &interrupt)? == Outcome::Interrupted {
         return Ok(stopped());
     }
-    eprintln!("judging it beside its baselines");
+    guidedog::tell!("judging it beside its baselines");
     if !judge_and_report(&run, &config, arguments.episodes as usize, began, &interrupt)? {
         return Ok(stopped());
     }
@@ -213,7 +213,7 @@ fn judge_and_report(
     report::write(&data, &path).with_context(|| path.display().to_string())?;
     say!("{}", table(&data.judged));
     if config.task.terrain == Terrain::Rough {
-        eprintln!("judging it on rough ground");
+        guidedog::tell!("judging it on rough ground");
         let rough = Setting { ground: Ground::Rough, level: LEVEL, episodes, ..Setting::default() };
         let Some((all, _)) = judge_all(run, config, rough, &[LEARNED], interrupt)? else {
             return Ok(false);

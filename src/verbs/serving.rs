@@ -44,7 +44,11 @@ impl Serving {
         let address = format!("http://{at}/{path}");
         say!("{address}");
         if !self.host.is_loopback() {
-            eprintln!("warning: {} can be reached from other machines, at port {}", self.host, at.port());
+            guidedog::tell!(
+                "warning: {} can be reached from other machines, at port {}",
+                self.host,
+                at.port()
+            );
         }
         if !self.no_open {
             open(&address);
@@ -69,6 +73,6 @@ fn open(address: &str) {
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     match command.spawn() {
         Ok(mut opener) => drop(std::thread::spawn(move || opener.wait())),
-        Err(_) => eprintln!("no {program} here: open the address in a browser"),
+        Err(_) => guidedog::tell!("no {program} here: open the address in a browser"),
     }
 }

@@ -45,7 +45,7 @@ What to look at:
   behavior_reward/total           how well the supervisor understands: 0.2 is standing still under the default pulls; the paper
                                   reports 0.61, under its own
   kl, learning_rate               the rate follows the divergence (ppo.desired_kl); at its lower bound for long, something
-                                  is wrong
+                                  is wrong, but near the end where the divergence is annealed (ppo.anneal_iterations)
   reward/...                      what each term of the reward pays per step; policy/std, weights/... as histograms
 What is shown is of noisy robots that learn; judge a policy by its mean action: guidedog evaluate, guidedog bench learning.
 
@@ -162,7 +162,8 @@ fn train<T: Trainable>(
     match outcome {
         Outcome::Finished => say!("finished: {}; plots: {}", run.path().display(), plots.display()),
         Outcome::Interrupted => {
-            say!("stopped; go on with the same command and --resume; plots: {}", plots.display());
+            let command = ranks::resumed(&std::env::args().collect::<Vec<_>>());
+            say!("stopped; go on with: {command}\nplots: {}", plots.display());
         }
     }
     Ok(ExitCode::SUCCESS)

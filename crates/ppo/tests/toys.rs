@@ -209,3 +209,14 @@ fn checkpoints_that_do_not_fit_are_refused() {
     let mut other = Trainer::new(config(), 3, Toy::new(Rule::Pendulum, 32)).unwrap();
     assert!(other.restore(&checkpoint).is_err());
 }
+
+#[test]
+fn weights_of_observations_scaled_otherwise_are_refused() {
+    let mut checkpoint = trainer(Rule::Echo).checkpoint();
+    checkpoint.tensors.get_mut("observation_scale").unwrap().1[1] = 2.0;
+    let message = trainer(Rule::Echo).warm_start(&checkpoint).unwrap_err().to_string();
+    assert!(message.starts_with("observation 1 was scaled by 2, must be by 0.5"), "{message}");
+    // Those of before do not say it.
+    checkpoint.tensors.remove("observation_scale");
+    trainer(Rule::Echo).warm_start(&checkpoint).unwrap();
+}

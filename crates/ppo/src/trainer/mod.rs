@@ -226,11 +226,6 @@ impl<E: VecEnv> Trainer<E> {
         &self.env
     }
 
-    /// The environments.
-    pub fn env_mut(&mut self) -> &mut E {
-        &mut self.env
-    }
-
     /// The ranks that learn together.
     pub fn exchange(&self) -> &dyn Exchange {
         self.team.exchange()

@@ -10,6 +10,7 @@ impl<E: VecEnv> Trainer<E> {
     pub fn checkpoint(&self) -> Checkpoint {
         let mut checkpoint = Checkpoint::default();
         checkpoint.insert("parameters", &self.parameters);
+        checkpoint.insert("observation_scale", &self.observation_scale);
         checkpoint.insert("adam/first_moment", &self.adam.first_moment);
         checkpoint.insert("adam/second_moment", &self.adam.second_moment);
         let row = self.rollout.num_envs * self.rollout.observation_dim;
@@ -74,8 +75,10 @@ impl<E: VecEnv> Trainer<E> {
     /// Takes weights, optimizer and learning rate from another run of the same networks; the environments stay.
     ///
     /// # Errors
-    /// The checkpoint is of other networks, its weights are no finite numbers, or they are to be symmetric and are not.
+    /// The checkpoint is of other networks or of observations scaled otherwise, its weights are no finite numbers, or they are to be
+    /// symmetric and are not.
     pub fn warm_start(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        self.check_scale(checkpoint)?;
         checkpoint.read_into("parameters", &mut self.parameters)?;
         checkpoint.read_into("adam/first_moment", &mut self.adam.first_moment)?;
         checkpoint.read_into("adam/second_moment", &mut self.adam.second_moment)?;
@@ -96,6 +99,23 @@ impl<E: VecEnv> Trainer<E> {
             self.networks.actor.read_mlp(policy, &self.observation_scale, &mut self.parameters[..actor]);
         read.map_err(TrainError::Shape)?;
         self.check_parameters()
+    }
+
+    /// Weights are those of scaled observations. Checkpoints of before do not say the scale.
+    fn check_scale(&self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        if !checkpoint.tensors.contains_key("observation_scale") {
+            return Ok(());
+        }
+        let mut scale = vec![0.0; self.observation_scale.len()];
+        checkpoint.read_into("observation_scale", &mut scale)?;
+        let differs = scale.iter().zip(&self.observation_scale).position(|(found, own)| found != own);
+        differs.map_or(Ok(()), |i| {
+            let (found, own) = (scale[i], self.observation_scale[i]);
+            let message = format!(
+                "observation {i} was scaled by {found}, must be by {own}; begin with the policy.onnx of that run, which takes raw ones"
+            );
+            Err(TrainError::Shape(message))
+        })
     }
 
     fn check_parameters(&self) -> Result<(), TrainError> {
