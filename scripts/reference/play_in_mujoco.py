@@ -98,8 +98,11 @@ def settings_of(entries):
     for entry in entries:
         name, _, value = entry.partition("=")
         if name not in known:
-            raise ValueError(f"--set {entry}: must be one of {', '.join(known)}, as in {name or 'time_step'}=0.002")
-        chosen[name] = float(value)
+            raise ValueError(f"--set {entry}: must be one of {', '.join(known)}, as in time_step=0.002")
+        try:
+            chosen[name] = float(value)
+        except ValueError:
+            raise ValueError(f"--set {entry}: {value!r} is no number") from None
     return Settings(**chosen), {name: value for name, value in chosen.items() if value != known[name]}
 
 
