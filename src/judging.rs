@@ -93,6 +93,7 @@ pub fn judge_cases(
         randomize: setting.randomize,
         friction: setting.friction,
         force_noise_n: setting.force_noise_n,
+        sensor_noise: setting.sensor_noise,
         unloaded: setting.unloaded,
         episodes: setting.episodes,
         seed: setting.seed,

@@ -107,9 +107,13 @@ fn head(results: &Results) -> String {
         0.0 => String::new(),
         noise => format!(", force seen with ±{noise} N"),
     };
+    let sensors = match results.sensor_noise {
+        0.0 => String::new(),
+        scale => format!(", other sensors' errors {scale} of training's"),
+    };
     let friction = results.friction.map(|friction| format!(", friction {friction}")).unwrap_or_default();
     format!(
-        "{} on {} ground{level}{engine}, {} episodes a case{}{}{friction}{noise}; locomotion {}, supervisor {}\n",
+        "{} on {} ground{level}{engine}, {} episodes a case{}{}{friction}{noise}{sensors}; locomotion {}, supervisor {}\n",
         results.suite,
         results.ground,
         results.episodes,

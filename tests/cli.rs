@@ -288,6 +288,7 @@ fn evaluate_refuses_what_it_cannot_judge_by_name() {
     // Before anything is judged.
     refuses(&["evaluate", "--suite", "plane", "--beside", "no/such.json"], &["--beside", "no/such.json"]);
     refuses(&["evaluate", "--friction=-1"], &["-1", "from 0 to 10"]);
+    refuses(&["evaluate", "--sensor-noise", "11"], &["11", "from 0 to 10"]);
     refuses(&["evaluate", "--friction", "1", "--plan", "pulls.plan"], &["--friction", "--plan"]);
     refuses(&["evaluate", "--json", "a.json", "--plan", "pulls.plan"], &["--json", "--plan"]);
 }
@@ -295,12 +296,20 @@ fn evaluate_refuses_what_it_cannot_judge_by_name() {
 #[test]
 fn some_pulls_are_judged_alone_and_the_setting_is_said() {
     let cases = ["--case", "-60/0", "--case", "30/25"];
-    let setting = ["--supervisor", "oracle", "--episodes", "2", "--friction", "0.7", "--unloaded"];
+    let setting = [
+        "--supervisor",
+        "oracle",
+        "--episodes",
+        "2",
+        "--friction",
+        "0.7",
+        "--sensor-noise",
+        "0.5",
+        "--unloaded",
+    ];
     let text = stdout(&guidedog(&[&["evaluate"], &cases[..], &setting].concat()));
-    assert!(
-        text.starts_with("chosen pulls on flat ground") && text.contains("unloaded, friction 0.7;"),
-        "{text}"
-    );
+    let said = "unloaded, friction 0.7, other sensors' errors 0.5 of training's;";
+    assert!(text.starts_with("chosen pulls on flat ground") && text.contains(said), "{text}");
     assert_eq!(text.lines().filter(|line| line.starts_with("-60/0 ")).count(), 2, "{text}");
     assert_eq!(text.lines().filter(|line| line.starts_with("30/25 ")).count(), 2, "{text}");
     assert!(!text.contains("behavior reward") && !text.contains("\n0/0 "), "{text}");

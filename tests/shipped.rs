@@ -35,6 +35,14 @@ fn the_shipped_pair_understands_pulls_of_every_kind() {
 }
 
 #[test]
+fn sensors_that_err_as_in_training_make_another_walk_that_still_obeys() {
+    let walk = |noise: &[&str]| results(&[&["--case", "-20/10"], noise].concat())["cases"][0].clone();
+    let (perfect, noisy) = (walk(&[]), walk(&["--sensor-noise", "1"]));
+    assert_ne!(perfect["mean_vx"], noisy["mean_vx"]);
+    assert!(noisy["success_rate"].as_f64().unwrap() > 0.9, "{noisy}");
+}
+
+#[test]
 fn the_keys_of_the_contract_are_there() {
     let results = results(&["--supervisor", "dominance", "--suite", "mirror17", "--randomize"]);
     for key in [

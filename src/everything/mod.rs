@@ -35,6 +35,8 @@ enum Robots {
     Randomized,
     /// Randomized, but all with this friction \[1\].
     Slippery(f64),
+    /// All sensors but that of the force err as in training; randomized, if so.
+    Noisy(bool),
     /// Nominal, and the pulls that are seen do not act.
     Unloaded,
 }
@@ -43,9 +45,9 @@ enum Robots {
 type Part = (&'static str, Ground, Robots, &'static str);
 
 /// All judgments, in the order of what a reader wants first.
-const PARTS: [Part; 27] = {
+const PARTS: [Part; 30] = {
     use Ground::{Flat, Rough, Stairs};
-    use Robots::{Nominal, Randomized, Slippery, Unloaded};
+    use Robots::{Noisy, Nominal, Randomized, Slippery, Unloaded};
     [
         ("paper17", Flat, Nominal, SHIPPED),
         ("mirror17", Flat, Nominal, SHIPPED),
@@ -55,16 +57,19 @@ const PARTS: [Part; 27] = {
         ("paper17", Flat, Nominal, "dominance"),
         ("paper17", Flat, Randomized, SHIPPED),
         ("mirror17", Flat, Randomized, SHIPPED),
+        ("paper17", Flat, Noisy(true), SHIPPED),
         ("paper17", Flat, Slippery(0.6), SHIPPED),
         ("paper17", Flat, Slippery(0.4), SHIPPED),
         ("paper17", Flat, Slippery(0.3), SHIPPED),
         ("paper17", Flat, Slippery(0.2), SHIPPED),
         ("paper17", Rough, Nominal, SHIPPED),
         ("paper17", Rough, Nominal, "oracle"),
+        ("paper17", Rough, Noisy(false), SHIPPED),
         ("paper17", Stairs, Nominal, SHIPPED),
         ("edges", Flat, Nominal, SHIPPED),
         ("edges", Flat, Nominal, "rules"),
         ("edges", Flat, Randomized, SHIPPED),
+        ("edges", Flat, Noisy(true), SHIPPED),
         ("edges", Rough, Nominal, SHIPPED),
         ("dynamic", Flat, Nominal, SHIPPED),
         ("dynamic", Flat, Nominal, "rules"),
@@ -178,7 +183,8 @@ impl Maker {
         let setting = Setting {
             ground,
             level,
-            randomize: matches!(robots, Robots::Randomized | Robots::Slippery(_)),
+            randomize: matches!(robots, Robots::Randomized | Robots::Slippery(_) | Robots::Noisy(true)),
+            sensor_noise: if matches!(robots, Robots::Noisy(_)) { 1.0 } else { 0.0 },
             friction: if let Robots::Slippery(friction) = robots { Some(friction) } else { None },
             unloaded: robots == Robots::Unloaded,
             episodes,
@@ -327,6 +333,7 @@ fn part_name((suite, ground, robots, supervisor): Part) -> String {
         Robots::Nominal => String::new(),
         Robots::Randomized => "-randomized".into(),
         Robots::Slippery(friction) => format!("-friction-{friction}"),
+        Robots::Noisy(randomized) => if randomized { "-randomized-noisy" } else { "-noisy" }.into(),
         Robots::Unloaded => "-unloaded".into(),
     };
     format!("{suite}-{}{robots}-{supervisor}", ground.name())

@@ -60,6 +60,9 @@ pub(crate) struct Arguments {
     /// Error of the force that the supervisor sees, uniform within ± this many newtons; the oracle sees the force itself
     #[arg(long, value_name = "NEWTONS", default_value_t = 0.0, value_parser = newtons, conflicts_with_all = ["plan", "recorded"])]
     force_noise: f64,
+    /// Scale of the errors of all other sensors (joints, velocities, attitude, heights), 0 to 10; 1 is that of training
+    #[arg(long, value_name = "SCALE", default_value_t = 0.0, value_parser = scale, conflicts_with_all = ["plan", "recorded"])]
+    sensor_noise: f64,
     /// Coulomb friction of every contact, 0 to 10 [default: 0.8; 0.4 to 1.25 with --randomize]
     #[arg(long, value_name = "NUMBER", value_parser = friction, conflicts_with_all = ["plan", "recorded"])]
     friction: Option<f64>,
@@ -70,6 +73,10 @@ pub(crate) struct Arguments {
 
 fn newtons(text: &str) -> Result<f64, String> {
     number_to(text, 100.0).ok_or_else(|| "must be from 0 to 100 newtons".into())
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    number_to(text, 10.0).ok_or_else(|| "must be from 0 to 10 times the errors of training".into())
 }
 
 fn friction(text: &str) -> Result<f64, String> {
@@ -86,6 +93,7 @@ Examples:
   guidedog evaluate --supervisor rules --ground rough      Table II as a rule, on rough ground of level 5
   guidedog evaluate --supervisor rules --suite edges --force-noise 2
                                                            thresholds with an imprecise force sensor
+  guidedog evaluate --randomize --sensor-noise 1           robots and sensors as in training
   guidedog evaluate --supervisor oracle --unloaded         what the walk itself makes of the commands
   guidedog evaluate --case -100/50 --case 30/25            two pulls alone
   guidedog evaluate --friction 0.3                         on a slippery floor
@@ -125,6 +133,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         randomize: arguments.randomize,
         friction: arguments.friction,
         force_noise_n: arguments.force_noise,
+        sensor_noise: arguments.sensor_noise,
         unloaded: arguments.unloaded,
         episodes: arguments.episodes(),
         ..Setting::default()
@@ -187,6 +196,7 @@ fn run_locomotion(arguments: &Arguments) -> Result<ExitCode> {
         ("--randomize", arguments.randomize),
         ("--friction", arguments.friction.is_some()),
         ("--force-noise", arguments.force_noise > 0.0),
+        ("--sensor-noise", arguments.sensor_noise > 0.0),
         ("--unloaded", arguments.unloaded),
         ("--plan", arguments.plan.is_some()),
         ("--recorded", arguments.recorded.is_some()),

@@ -52,7 +52,8 @@ impl Arena {
             Ground::Stairs => uniform(Some(SubTerrain::StairsUp))?,
         };
         let simulation = Simulation::new(grid.field.clone(), locomotion.physics());
-        let course = Course { simulation, policy: locomotion, observation_noise: 0.0, seed };
+        let observation_noise = setting.sensor_noise as f32;
+        let course = Course { simulation, policy: locomotion, observation_noise, seed };
         Ok(Self { course, grid, setting })
     }
 

@@ -44,6 +44,8 @@ pub struct Setting {
     /// Error of the force that supervisors see, along each axis, uniform, ±; drawn at every decision \[N\]. The oracle sees the
     /// force itself.
     pub force_noise_n: f64,
+    /// Scale of the errors of all other sensors, for both networks; 1 is that of training, 0 none \[1\].
+    pub sensor_noise: f64,
     /// Supervisors see the pulls, but none acts on the robot: what is left is what the walk itself lacks.
     pub unloaded: bool,
     /// Episodes of every case.

@@ -49,6 +49,8 @@ fn setting(results: &Results) -> String {
         results.friction.map(|friction| format!("friction {friction}")),
         results.unloaded.then(|| "pulls seen that do not act".into()),
         (results.force_noise_n > 0.0).then(|| format!("force seen with ±{} N", results.force_noise_n)),
+        (results.sensor_noise > 0.0)
+            .then(|| format!("other sensors' errors {} of training's", results.sensor_noise)),
         (results.episodes > 0).then_some(repetitions),
         Some(format!("seed {}", results.seed)),
         named("locomotion policy", &results.locomotion),

@@ -90,6 +90,9 @@ pub struct Results {
     /// Error of the force that the supervisor saw, ± \[N\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub force_noise_n: f64,
+    /// Scale of the errors of all other sensors; 1 is that of training \[1\].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sensor_noise: f64,
     /// Whether the pulls were seen without acting on the robot.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unloaded: bool,

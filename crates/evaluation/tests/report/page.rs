@@ -37,10 +37,11 @@ fn the_setting_says_what_is_not_as_usual() {
         classed(parse(&render(&data)).root(), "setting").map(text).collect::<String>()
     };
     let usual = setting(|_| ());
-    let unusual: [(&str, Change); 4] = [
+    let unusual: [(&str, Change); 5] = [
         ("friction 0.3", |results| results.friction = Some(0.3)),
         ("pulls seen that do not act", |results| results.unloaded = true),
         ("force seen with ±2 N", |results| results.force_noise_n = 2.0),
+        ("other sensors' errors 1 of training's", |results| results.sensor_noise = 1.0),
         ("in MuJoCo 4.0.0", |results| results.engine = Some("MuJoCo 4.0.0".into())),
     ];
     for (words, change) in unusual {
