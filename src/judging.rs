@@ -141,6 +141,17 @@ pub fn write_plan(arena: &Arena, cases: &[Case], suite: &str, path: &Path) -> Re
     Ok(plan.save(path)?)
 }
 
+/// Whether what was judged or planned as `version` may stand beside what is judged now.
+///
+/// # Errors
+/// It is of other suites or measures.
+pub fn check_version(version: u32) -> Result<(), BadInput> {
+    if version == VERSION {
+        return Ok(());
+    }
+    Err(BadInput::new(format!("version is {version}, must be {VERSION}: have this guidedog make it anew")))
+}
+
 /// Judges what another engine recorded after a plan.
 ///
 /// # Errors
@@ -149,12 +160,7 @@ pub fn judge_record(path: &Path) -> Result<(Results, Vec<PathTrace>)> {
     let record = Checkpoint::load(path)?;
     let text = |name: &str| record.number::<String>(name);
     let name = text("suite")?;
-    let version: u32 = record.number("version")?;
-    if version != VERSION {
-        return Err(anyhow!(
-            "version is {version}, must be {VERSION}: let this guidedog write the plan anew"
-        ));
-    }
+    check_version(record.number("version")?)?;
     let cases =
         suite(&name).ok_or_else(|| anyhow!("suite is `{name}`, must be one of {}", SUITES.join(", ")))?;
     let episodes: usize = record.number("episodes")?;

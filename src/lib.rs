@@ -18,7 +18,7 @@ pub mod ranks;
 pub mod result_tables;
 pub mod run_config;
 pub mod run_folder;
-mod say;
+pub mod say;
 pub mod server;
 pub mod session;
 pub mod stages;

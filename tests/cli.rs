@@ -296,23 +296,28 @@ fn evaluate_refuses_what_it_cannot_judge_by_name() {
 #[test]
 fn some_pulls_are_judged_alone_and_the_setting_is_said() {
     let cases = ["--case", "-60/0", "--case", "30/25"];
-    let setting = [
-        "--supervisor",
-        "oracle",
-        "--episodes",
-        "2",
-        "--friction",
-        "0.7",
-        "--sensor-noise",
-        "0.5",
-        "--unloaded",
-    ];
+    let setting = "--supervisor oracle --episodes 2 --friction 0.7 --sensor-noise 0.5 --unloaded";
+    let setting: Vec<&str> = setting.split(' ').collect();
     let text = stdout(&guidedog(&[&["evaluate"], &cases[..], &setting].concat()));
     let said = "unloaded, friction 0.7, other sensors' errors 0.5 of training's;";
     assert!(text.starts_with("chosen pulls on flat ground") && text.contains(said), "{text}");
     assert_eq!(text.lines().filter(|line| line.starts_with("-60/0 ")).count(), 2, "{text}");
     assert_eq!(text.lines().filter(|line| line.starts_with("30/25 ")).count(), 2, "{text}");
     assert!(!text.contains("behavior reward") && !text.contains("\n0/0 "), "{text}");
+}
+
+#[test]
+fn results_of_other_measures_do_not_stand_beside_those_of_today() {
+    let file = NamedTempFile::new().unwrap();
+    let path = file.path().to_str().unwrap();
+    let judged = ["evaluate", "--case", "0/0", "--episodes", "1", "--supervisor", "oracle"];
+    assert!(guidedog(&[&judged[..], &["--json", path]].concat()).status.success());
+    let beside = [&judged[..], &["--beside", path]].concat();
+    assert!(guidedog(&beside).status.success());
+    let mut results: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    results["version"] = 1.into();
+    std::fs::write(path, results.to_string()).unwrap();
+    refuses(&beside, &["--beside", "version is 1"]);
 }
 
 #[test]

@@ -21,6 +21,10 @@ fn arena() -> Arena {
     Arena::new(policies::locomotion(SHIPPED).unwrap(), setting).unwrap()
 }
 
+fn flag(is: bool) -> f32 {
+    f32::from(u8::from(is))
+}
+
 /// What our own engine makes of a plan, written as another would; robots of the reward walk on at 0.8 m/s, whatever they are told.
 fn record(plan: &Checkpoint, arena: &Arena) -> Checkpoint {
     let (robots, longest) = (plan.tensors["force"].0[0], plan.tensors["force"].0[1]);
@@ -30,25 +34,17 @@ fn record(plan: &Checkpoint, arena: &Arena) -> Checkpoint {
     for robot in 0..robots {
         for step in 0..longest {
             let row = match played.get(robot) {
-                None => [
-                    0.8,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.8,
-                    0.0,
-                    0.0,
-                    f32::from(u8::from(robot == OF_CASES && step >= FALL)),
-                ],
+                None => {
+                    let fallen = flag(robot == OF_CASES && step >= FALL);
+                    [0.8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8, 0.0, 0.0, fallen]
+                }
                 Some(recording) => recording.samples.get(step).map_or([0.0; RECORDED], |sample| {
                     let force = &plan.tensors["force"].1[3 * (robot * longest + step)..][..3];
                     assert_eq!(force, sample.force, "robot {robot} is pulled as planned at step {step}");
                     let ([v_x, v_y, w_z], [x, y], [a, b, c]) =
                         (sample.velocity, sample.position, sample.command);
-                    let fallen = recording.fell_at.is_some_and(|fell| step >= fell);
-                    [v_x, v_y, w_z, x, y, sample.yaw, a, b, c, f32::from(u8::from(fallen))]
+                    let fallen = flag(recording.fell_at.is_some_and(|fell| step >= fell));
+                    [v_x, v_y, w_z, x, y, sample.yaw, a, b, c, fallen]
                 }),
             };
             samples.extend(row);

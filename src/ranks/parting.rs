@@ -31,12 +31,12 @@ pub fn tell_when_ended(interrupt: &Interrupt, path: PathBuf, rank: usize, ranks:
             thread::sleep(GRACE);
         }
         if rank == 0 || is_left(&path) {
-            crate::tell!("{}", message(&path, ranks, &std::env::args().collect::<Vec<_>>()));
+            crate::tell!("{}", message(&path, ranks, std::env::args()));
         }
     });
 }
 
-fn message(path: &Path, ranks: usize, arguments: &[String]) -> String {
+fn message(path: &Path, ranks: usize, arguments: impl Iterator<Item = String>) -> String {
     let mut text = "told to end, by a user or because a rank was lost".to_owned();
     let newest = numbered_checkpoints(path).ok().and_then(|found| found.into_iter().next());
     let _ = match newest {
@@ -53,9 +53,8 @@ fn message(path: &Path, ranks: usize, arguments: &[String]) -> String {
 }
 
 /// The command that goes on where `arguments` began.
-pub fn resumed(arguments: &[String]) -> String {
+pub fn resumed(mut arguments: impl Iterator<Item = String>) -> String {
     let mut words = Vec::new();
-    let mut arguments = arguments.iter();
     while let Some(word) = arguments.next() {
         match word.as_str() {
             "--resume" => {}
@@ -65,7 +64,7 @@ pub fn resumed(arguments: &[String]) -> String {
             word if word.contains([' ', '[', '"', '\'', '*', '$']) => {
                 words.push(format!("'{}'", word.replace('\'', r"'\''")));
             }
-            word => words.push(word.to_owned()),
+            _ => words.push(word),
         }
     }
     words.push("--resume".into());
@@ -78,7 +77,7 @@ mod tests {
 
     #[test]
     fn the_command_to_go_on_is_the_one_that_began_with_resume() {
-        let resumed = |line: &str| resumed(&line.split(' ').map(str::to_owned).collect::<Vec<_>>());
+        let resumed = |line: &str| resumed(line.split(' ').map(str::to_owned));
         assert_eq!(resumed("guidedog train locomotion"), "guidedog train locomotion --resume");
         assert_eq!(resumed("g train x --resume --name a"), "g train x --name a --resume");
         assert_eq!(resumed("g train x --init-from runs/a --name b"), "g train x --name b --resume");
@@ -91,7 +90,7 @@ mod tests {
 
     #[test]
     fn without_a_checkpoint_it_says_so() {
-        let said = message(Path::new("no/such/run"), 2, &[]);
+        let said = message(Path::new("no/such/run"), 2, std::iter::empty());
         assert!(said.ends_with("there is no checkpoint in no/such/run yet"), "{said}");
     }
 }

@@ -9,9 +9,9 @@ use guidedog::error::{BadInput, OrBadInput as _};
 use guidedog::evaluation::judge::Setting;
 use guidedog::evaluation::locomotion::judge_locomotion;
 use guidedog::evaluation::report::{self, PathTrace, ReportData};
-use guidedog::evaluation::results::{Results, VERSION};
+use guidedog::evaluation::results::Results;
 use guidedog::evaluation::suite::episodes;
-use guidedog::judging::{Names, judge, judge_cases, judge_record, with_progress, write_plan};
+use guidedog::judging::{Names, check_version, judge, judge_cases, judge_record, with_progress, write_plan};
 use guidedog::policies::{self, SHIPPED};
 use guidedog::result_tables::{side_by_side, table};
 use guidedog::run_folder::write_atomic;
@@ -115,12 +115,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     // Before anything is judged, so that a mistake is found now and not after it.
     let beside =
-        arguments.beside.as_deref().map(|path| Results::read(path).or_bad_input(|| "--beside".into()));
-    let beside = beside.transpose()?;
-    if let Some(other) = beside.as_ref().filter(|other| other.version != VERSION) {
-        let message = format!("--beside: version is {}, must be {VERSION}: judge it anew", other.version);
-        return Err(BadInput::new(message).into());
-    }
+        arguments.beside.as_deref().map(results_beside).transpose().or_bad_input(|| "--beside".into())?;
     if let Some(path) = &arguments.recorded {
         let (results, traces) = judge_record(path).or_bad_input(|| path.display().to_string())?;
         return show(arguments, results, traces, beside.as_ref());
@@ -151,6 +146,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         judge_cases(&arena, &supervisor, &chosen, &names)?
     };
     show(arguments, results, traces, beside.as_ref())
+}
+
+fn results_beside(path: &Path) -> Result<Results> {
+    let results = Results::read(path)?;
+    check_version(results.version)?;
+    Ok(results)
 }
 
 impl Arguments {

@@ -21,10 +21,10 @@ use guidedog::policies;
 use guidedog::result_tables::table;
 use guidedog::run_config::{SHORT_SUPERVISOR_TRAINING, SupervisorRun};
 use guidedog::run_folder::RunFolder;
-use guidedog::say;
 use guidedog::stages::{self, StageFile};
 use guidedog::tasks::locomotion::Terrain;
 use guidedog::training::Outcome;
+use guidedog::{say, tell};
 
 /// Trains the supervisor over the shipped locomotion policy, judges it and writes the report
 #[derive(Debug, Args)]
@@ -126,11 +126,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         config = supervisor(&settings)?;
     }
     let run = RunFolder::open(root, name)?;
-    guidedog::tell!("training the supervisor, in {}", run.path().display());
+    tell!("training the supervisor, in {}", run.path().display());
     if Training::unseen(&config, &Start::Resume).learn(&run, &interrupt)? == Outcome::Interrupted {
         return Ok(stopped());
     }
-    guidedog::tell!("judging it beside its baselines");
+    tell!("judging it beside its baselines");
     if !judge_and_report(&run, &config, arguments.episodes as usize, began, &interrupt)? {
         return Ok(stopped());
     }
@@ -213,7 +213,7 @@ fn judge_and_report(
     report::write(&data, &path).with_context(|| path.display().to_string())?;
     say!("{}", table(&data.judged));
     if config.task.terrain == Terrain::Rough {
-        guidedog::tell!("judging it on rough ground");
+        tell!("judging it on rough ground");
         let rough = Setting { ground: Ground::Rough, level: LEVEL, episodes, ..Setting::default() };
         let Some((all, _)) = judge_all(run, config, rough, &[LEARNED], interrupt)? else {
             return Ok(false);

@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use anyhow::{Context as _, Result};
 use clap::Args;
 use guidedog::error::OrBadInput as _;
-use guidedog::say;
 use guidedog::server::{FILES, Server};
+use guidedog::{say, tell};
 
 #[derive(Clone, Debug, PartialEq, Args)]
 pub(crate) struct Serving {
@@ -44,11 +44,7 @@ impl Serving {
         let address = format!("http://{at}/{path}");
         say!("{address}");
         if !self.host.is_loopback() {
-            guidedog::tell!(
-                "warning: {} can be reached from other machines, at port {}",
-                self.host,
-                at.port()
-            );
+            tell!("warning: {} can be reached from other machines, at port {}", self.host, at.port());
         }
         if !self.no_open {
             open(&address);
@@ -73,6 +69,6 @@ fn open(address: &str) {
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     match command.spawn() {
         Ok(mut opener) => drop(std::thread::spawn(move || opener.wait())),
-        Err(_) => guidedog::tell!("no {program} here: open the address in a browser"),
+        Err(_) => tell!("no {program} here: open the address in a browser"),
     }
 }

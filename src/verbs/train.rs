@@ -162,7 +162,7 @@ fn train<T: Trainable>(
     match outcome {
         Outcome::Finished => say!("finished: {}; plots: {}", run.path().display(), plots.display()),
         Outcome::Interrupted => {
-            let command = ranks::resumed(&std::env::args().collect::<Vec<_>>());
+            let command = ranks::resumed(std::env::args());
             say!("stopped; go on with: {command}\nplots: {}", plots.display());
         }
     }
