@@ -15,7 +15,7 @@ use evaluation::judge::{Arena, Ground, Setting};
 use evaluation::locomotion::{LocomotionResults, judge_locomotion};
 use evaluation::report::{intent_map_svg, paths_svg, series_svg, success_bars_svg};
 use evaluation::results::{Results, VERSION};
-use evaluation::suite::{Case, episodes, suite};
+use evaluation::suite::{Case, episodes, suite, tiles};
 
 use crate::interrupt::Interrupt;
 use crate::judging::{LEVEL, Names, judge, judge_record, with_progress, write_plan};
@@ -24,7 +24,7 @@ use crate::result_tables::{side_by_side, table};
 use crate::run_folder::write_atomic;
 
 /// Episodes of a case in the other engine, which is slower. On level ground they are hardly more than one (docs/engines.md).
-const OTHER_ENGINE: [(Ground, usize); 3] = [(Ground::Flat, 20), (Ground::Rough, 40), (Ground::Stairs, 40)];
+const OTHER_ENGINE: [(Ground, usize); 3] = [(Ground::Flat, 20), (Ground::Rough, 100), (Ground::Stairs, 100)];
 /// Control steps of a figure over time: 10 s.
 const SERIES_STEPS: usize = 500;
 
@@ -178,7 +178,7 @@ impl Maker {
         Ok(!interrupt.requested())
     }
 
-    fn arena(&self, ground: Ground, robots: Robots, episodes: usize) -> Result<Arena> {
+    fn arena(&self, ground: Ground, robots: Robots, episodes: usize, tiles: Option<usize>) -> Result<Arena> {
         let level = ground.level(LEVEL);
         let setting = Setting {
             ground,
@@ -188,6 +188,7 @@ impl Maker {
             friction: if let Robots::Slippery(friction) = robots { Some(friction) } else { None },
             unloaded: robots == Robots::Unloaded,
             episodes,
+            tiles,
             seed: self.seed,
             ..Setting::default()
         };
@@ -209,15 +210,16 @@ impl Maker {
             return Ok(());
         }
         crate::tell!("{name}");
-        let arena = self.arena(ground, robots, count)?;
+        let arena = self.arena(ground, robots, count, tiles(suite_name))?;
         let cases = suite(suite_name).context("a suite of the list")?;
         let names = Names::new(suite_name, SHIPPED, supervisor)?;
-        // The oracle's reward is the same for all that are judged on a ground; it has a tile for each episode of a case.
-        let beside =
-            |part: &&Part| (part.1, part.2) == (ground, robots) && episodes(part.0, self.episodes) == count;
+        // The oracle's reward is the same for all that are judged on a ground, which has as many tiles as a case has episodes,
+        // or as the suite says.
+        let place = |part: &Part| (part.1, part.2, episodes(part.0, self.episodes), tiles(part.0));
+        let here = (ground, robots, count, tiles(suite_name));
         let oracle = PARTS
             .iter()
-            .filter(beside)
+            .filter(|part| place(part) == here)
             .find_map(|part| Some(self.finished(&part_name(*part), count)?.oracle_reward));
         let (results, _) = judge(&arena, &policies::supervisor(supervisor)?, &cases, &names, oracle)?;
         self.keep(&name, &results)
@@ -254,7 +256,7 @@ impl Maker {
     }
 
     fn pictures(&self) -> Result<()> {
-        let arena = self.arena(Ground::Flat, Robots::Nominal, 1)?;
+        let arena = self.arena(Ground::Flat, Robots::Nominal, 1, None)?;
         let supervisor = policies::supervisor(SHIPPED)?;
         for (name, [fx, fy]) in FILMS {
             let mut poses = arena.poses(&supervisor, &Case::steady(fx, fy)).map_err(anyhow::Error::msg)?;
@@ -297,7 +299,7 @@ impl Maker {
             return Ok(());
         }
         crate::tell!("{name}");
-        let arena = self.arena(ground, Robots::Nominal, episodes)?;
+        let arena = self.arena(ground, Robots::Nominal, episodes, None)?;
         let cases = suite("paper17").context("the suite paper17")?;
         let [plan, record] = ["plan", "record"].map(|extension| self.file(&name, extension));
         // Those inside the program: the folder's are another pair where the program is of another day.

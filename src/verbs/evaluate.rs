@@ -10,7 +10,7 @@ use guidedog::evaluation::judge::Setting;
 use guidedog::evaluation::locomotion::judge_locomotion;
 use guidedog::evaluation::report::{self, PathTrace, ReportData};
 use guidedog::evaluation::results::Results;
-use guidedog::evaluation::suite::episodes;
+use guidedog::evaluation::suite::{episodes, tiles};
 use guidedog::judging::{Names, check_version, judge, judge_cases, judge_record, with_progress, write_plan};
 use guidedog::policies::{self, SHIPPED};
 use guidedog::result_tables::{side_by_side, table};
@@ -131,6 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         sensor_noise: arguments.sensor_noise,
         unloaded: arguments.unloaded,
         episodes: arguments.episodes(),
+        tiles: tiles(&arguments.suite),
         ..Setting::default()
     };
     let arena = situation.arena_with(setting)?;

@@ -8,7 +8,7 @@ const BORDER_TILES: usize = 2;
 /// Most tiles along each axis on which robots start.
 const MAX_INNER_TILES: usize = 20;
 
-/// A ground of one level, of one family or of all, with a tile to start on for each of so many episodes, up to 400.
+/// A ground of one level, of one family or of all, with so many tiles to start on, rounded up to a square, up to 400.
 ///
 /// # Errors
 /// The level is out of range.
@@ -16,9 +16,9 @@ pub(crate) fn tiles(
     kind: Option<SubTerrain>,
     level: usize,
     seed: u64,
-    episodes: usize,
+    starts: usize,
 ) -> Result<TerrainGrid, String> {
-    let inner = (episodes as f64).sqrt().ceil().clamp(1.0, MAX_INNER_TILES as f64) as usize;
+    let inner = (starts as f64).sqrt().ceil().clamp(1.0, MAX_INNER_TILES as f64) as usize;
     TerrainGrid::uniform(kind, level, seed, inner + 2 * BORDER_TILES).map_err(|error| error.to_string())
 }
 

@@ -45,7 +45,7 @@ impl Arena {
     /// The level is out of range.
     pub fn new(locomotion: LocomotionPolicy, setting: Setting) -> Result<Self, String> {
         let seed = draws(setting.seed);
-        let uniform = |kind| tiles(kind, setting.level, seed, setting.episodes);
+        let uniform = |kind| tiles(kind, setting.level, seed, setting.tiles.unwrap_or(setting.episodes));
         let grid = match setting.ground {
             Ground::Flat => TerrainGrid::flat(),
             Ground::Rough => uniform(None)?,

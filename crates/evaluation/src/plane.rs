@@ -19,6 +19,8 @@ const SCAN_STEP_N: f32 = 0.5;
 const SCAN_REACH_N: f32 = 12.0;
 /// Episodes of a point of the grid, unless told otherwise.
 pub const EPISODES: usize = 16;
+/// Tiles of rough ground on which they start.
+pub const TILES: usize = 400;
 
 /// The points of the grid.
 pub fn grid() -> Vec<Case> {

@@ -50,6 +50,8 @@ pub struct Setting {
     pub unloaded: bool,
     /// Episodes of every case.
     pub episodes: usize,
+    /// Tiles of rough ground or stairs to start on, up to 400, where they are not to be as many as episodes of a case.
+    pub tiles: Option<usize>,
     /// Seed of all draws: the same for every supervisor, so that comparisons are paired.
     pub seed: u64,
 }

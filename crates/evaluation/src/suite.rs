@@ -77,6 +77,12 @@ pub fn episodes(suite: &str, usual: usize) -> usize {
     if suite == "plane" { crate::plane::EPISODES } else { usual }
 }
 
+/// Tiles of rough ground on which a suite starts ([`crate::judge::Setting::tiles`]): the plane has few episodes of each case, but
+/// many cases, which are to meet as many grounds as those of other suites do.
+pub fn tiles(suite: &str) -> Option<usize> {
+    (suite == "plane").then_some(crate::plane::TILES)
+}
+
 fn paper17() -> [Case; 17] {
     use Group::{Edge, Outside, Trained};
     [

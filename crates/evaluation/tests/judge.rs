@@ -6,7 +6,7 @@ use evaluation::{
     measures::split::Split,
     recording::Recording,
     results::Group,
-    suite::{Case, suite},
+    suite::{Case, suite, tiles},
 };
 use policy::{Activation, Linear, Mlp, OnnxPolicy, VecEnv as _, layout};
 use tasks::{
@@ -127,6 +127,16 @@ fn the_same_seed_gives_the_same_numbers_for_any_number_of_threads() {
     };
     let one = judged(1);
     assert!(one == judged(2) && one == judged(7));
+}
+
+#[test]
+fn few_episodes_can_start_on_as_many_tiles_as_many() {
+    let ground = |episodes, tiles| {
+        let setting = Setting { ground: Ground::Rough, episodes, tiles, ..Setting::default() };
+        Arena::new(standing(), setting).unwrap().ground().clone()
+    };
+    let of_plane = ground(16, tiles("plane"));
+    assert!(of_plane == ground(1000, tiles("paper17")) && of_plane != ground(16, None));
 }
 
 #[test]

@@ -65,7 +65,7 @@ impl BehaviorReward {
 
 /// Version of what is measured and how. It grows with every change of a suite, a criterion, a measure or the physics that moves
 /// numbers: results of different versions must not stand side by side.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// All that one run of `guidedog evaluate` found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
